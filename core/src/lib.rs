@@ -1,0 +1,2 @@
+//! Ray packets, kernels, traversal.
+#![no_std]
