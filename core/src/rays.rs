@@ -1,0 +1,306 @@
+//! The rays of a packet: origins, directions, intervals, and what is derived from them alone (paper 5.1).
+
+use core::ops::Range;
+
+use glam::Vec3;
+use mobula_simd::{F32Lanes, MaskLanes, Token};
+
+use crate::{Column, Columns3, Properties};
+
+/// Up to `N` rays as a structure of arrays. A ray is the half-open interval `(t_min, t_max]` of `origin + t * direction`;
+/// traversal lowers `t_max` to what it finds. Rays outside [`range`](Self::range) are neither read nor written.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct Rays<const N: usize> {
+    origin: Columns3<N>,
+    direction: Columns3<N>,
+    t_min: Column<f32, N>,
+    /// Far end of the interval; closest-hit traversal leaves the hit's distance here, any-hit traversal `-inf`.
+    pub t_max: Column<f32, N>,
+    time: Column<f32, N>,
+    inverse: Columns3<N>,
+    shear: [Column<f32, N>; 2],
+    axis: Column<u32, N>,
+    begin: usize,
+    end: usize,
+    properties: Properties,
+}
+
+impl<const N: usize> Default for Rays<N> {
+    fn default() -> Self {
+        const { assert!(N >= 1 && N <= 1024, "packet width must be 1..=1024") };
+        let zero = Column::splat(0.0);
+        Self {
+            origin: [zero; 3],
+            direction: [zero; 3],
+            t_min: zero,
+            t_max: zero,
+            time: zero,
+            inverse: [zero; 3],
+            shear: [zero; 2],
+            axis: Column::splat(0),
+            begin: 0,
+            end: 0,
+            properties: Properties::empty(),
+        }
+    }
+}
+
+impl<const N: usize> Rays<N> {
+    /// Makes `range` (within `0..N`) the active rays, with interval `(0, inf]` and time 0, and clears all properties but
+    /// `keep`. Origins and directions keep their old values: set them.
+    ///
+    /// # Panics
+    /// If the range is not within `0..N`.
+    pub fn reset(&mut self, range: Range<usize>, keep: Properties) {
+        assert!(range.start <= range.end && range.end <= N, "rays {range:?} of a packet of {N}");
+        (self.begin, self.end) = (range.start, range.end);
+        self.properties = keep;
+        self.t_min[range.clone()].fill(0.0);
+        self.t_max[range.clone()].fill(f32::INFINITY);
+        self.time[range].fill(0.0);
+    }
+
+    /// The active rays.
+    #[inline(always)]
+    pub fn range(&self) -> Range<usize> {
+        self.begin..self.end
+    }
+
+    /// Narrows or widens the active rays without touching them.
+    ///
+    /// # Panics
+    /// If the range is not within `0..N`.
+    pub fn set_range(&mut self, range: Range<usize>) {
+        assert!(range.start <= range.end && range.end <= N, "rays {range:?} of a packet of {N}");
+        (self.begin, self.end) = (range.start, range.end);
+    }
+
+    /// What is known of all rays.
+    #[inline(always)]
+    pub fn properties(&self) -> Properties {
+        self.properties
+    }
+
+    /// States that `properties` are true of all active rays. The caller promises it; debug builds check.
+    pub fn promise(&mut self, properties: Properties) {
+        self.properties |= properties;
+        self.check();
+    }
+
+    /// Takes `properties` back, so that general paths are taken. Always allowed.
+    pub fn forget(&mut self, properties: Properties) {
+        self.properties -= properties;
+    }
+
+    /// Origin and direction of ray `i`: the horizontal view (paper 5.1.1).
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> (Vec3, Vec3) {
+        (vec3(&self.origin, i), vec3(&self.direction, i))
+    }
+
+    /// Sets ray `i` and clears every property that this could make false.
+    pub fn set_ray(&mut self, i: usize, origin: Vec3, direction: Vec3) {
+        self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION;
+        set_vec3(&mut self.origin, i, origin);
+        set_vec3(&mut self.direction, i, direction);
+    }
+
+    /// Sets the interval `(t_min, t_max]` of ray `i`.
+    pub fn set_interval(&mut self, i: usize, t_min: f32, t_max: f32) {
+        self.t_min[i] = t_min;
+        self.t_max[i] = t_max;
+    }
+
+    /// Origins, one column an axis.
+    #[inline(always)]
+    pub fn origins(&self) -> &Columns3<N> {
+        &self.origin
+    }
+
+    /// Origins to write; clears what that could make false.
+    pub fn origins_mut(&mut self) -> &mut Columns3<N> {
+        self.properties -= Properties::OF_ORIGIN;
+        &mut self.origin
+    }
+
+    /// Gives every active ray the same origin, and says so.
+    pub fn set_common_origin(&mut self, origin: Vec3) {
+        self.properties -= Properties::OF_ORIGIN;
+        let range = self.range();
+        for (column, value) in self.origin.iter_mut().zip(origin.to_array()) {
+            column[range.clone()].fill(value);
+        }
+        self.properties |= Properties::COMMON_ORIGIN;
+    }
+
+    /// Directions, one column an axis.
+    #[inline(always)]
+    pub fn directions(&self) -> &Columns3<N> {
+        &self.direction
+    }
+
+    /// Directions to write; clears what that could make false.
+    pub fn directions_mut(&mut self) -> &mut Columns3<N> {
+        self.properties -= Properties::OF_DIRECTION;
+        &mut self.direction
+    }
+
+    /// Near ends of the intervals.
+    #[inline(always)]
+    pub fn t_min(&self) -> &Column<f32, N> {
+        &self.t_min
+    }
+
+    /// Near ends of the intervals, to write.
+    pub fn t_min_mut(&mut self) -> &mut Column<f32, N> {
+        &mut self.t_min
+    }
+
+    /// Time of each ray (for time-varying scenes; 0 unless set).
+    pub fn times(&self) -> &Column<f32, N> {
+        &self.time
+    }
+
+    /// Time of each ray, to write.
+    pub fn times_mut(&mut self) -> &mut Column<f32, N> {
+        &mut self.time
+    }
+
+    /// Scales every active direction to length 1 (correctly rounded operations: the same at every level) and says so.
+    #[inline(always)]
+    pub fn normalize<T: Token>(&mut self, token: T) {
+        self.properties -= Properties::OF_DIRECTION;
+        let mut at = 0;
+        while at < N {
+            let active = self.active(token, at);
+            let d = load3(token, &self.direction, at);
+            let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+            let scale = token.splat(1.0) / length;
+            for (column, d) in self.direction.iter_mut().zip(d) {
+                (d * scale).store_masked(&mut column[..], at, active);
+            }
+            at += T::LANES;
+        }
+        self.properties |= Properties::NORMALIZED_DIRECTIONS;
+    }
+
+    /// `1 / direction`, computed when first asked for, together with the sign properties. A zero direction gives an
+    /// infinity of its sign.
+    #[inline(always)]
+    pub fn inverse_directions<T: Token>(&mut self, token: T) -> &Columns3<N> {
+        if !self.properties.contains(Properties::HAVE_INVERSE_DIRECTIONS) {
+            let one = token.splat(1.0);
+            let mut negative = [false; 3];
+            let mut positive = [false; 3];
+            let mut at = 0;
+            while at < N {
+                let active = self.active(token, at);
+                for axis in 0..3 {
+                    let inverse = one / token.load(&self.direction[axis][..], at);
+                    inverse.store_masked(&mut self.inverse[axis][..], at, active);
+                    // 1 / -0 is -inf, so the reciprocal shows the sign bit of a zero too.
+                    negative[axis] |= (inverse.lt(token.splat(0.0)) & active).any();
+                    positive[axis] |= (inverse.ge(token.splat(0.0)) & active).any();
+                }
+                at += T::LANES;
+            }
+            self.properties |= Properties::HAVE_INVERSE_DIRECTIONS | Properties::HAVE_SIGNS;
+            if (0..3).all(|axis| !(negative[axis] && positive[axis])) {
+                self.properties |= Properties::CONSTANT_SIGNS;
+            }
+        }
+        &self.inverse
+    }
+
+    /// Shear factors `d[x] / d[z]`, `d[y] / d[z]` along each ray's dominant axis z, and that axis (Woop, Benthin and
+    /// Wald, "Watertight Ray/Triangle Intersection", JCGT 2013), computed when first asked for. On equal sizes the
+    /// lower axis is dominant.
+    #[inline(always)]
+    pub fn shears<T: Token>(&mut self, token: T) -> (&[Column<f32, N>; 2], &Column<u32, N>) {
+        if !self.properties.contains(Properties::HAVE_SHEARS) {
+            let mut seen = [false; 3];
+            let mut at = 0;
+            while at < N {
+                let active = self.active(token, at);
+                let d = load3(token, &self.direction, at);
+                let size = [d[0].abs(), d[1].abs(), d[2].abs()];
+                let on_z = size[2].gt(size[0]) & size[2].gt(size[1]);
+                let on_y = size[1].gt(size[0]) & !on_z;
+                let pick = |x: T::F32, y: T::F32, z: T::F32| z.select(on_z, y.select(on_y, x));
+                let scale = token.splat(1.0) / pick(d[0], d[1], d[2]);
+                (pick(d[1], d[2], d[0]) * scale).store_masked(&mut self.shear[0][..], at, active);
+                (pick(d[2], d[0], d[1]) * scale).store_masked(&mut self.shear[1][..], at, active);
+                let axis = token.splat_i32(2);
+                let axis = mobula_simd::I32Lanes::select(axis, on_z, token.splat_i32(0));
+                let axis = mobula_simd::I32Lanes::select(token.splat_i32(1), on_y, axis);
+                mobula_simd::I32Lanes::store_masked(axis, &mut self.axis[..], at, active);
+                seen[0] |= active.and_not(on_y | on_z).any();
+                seen[1] |= (active & on_y).any();
+                seen[2] |= (active & on_z).any();
+                at += T::LANES;
+            }
+            self.properties |= Properties::HAVE_SHEARS;
+            if seen.iter().filter(|&&s| s).count() <= 1 {
+                self.properties |= Properties::CONSTANT_AXIS;
+            }
+        }
+        (&self.shear, &self.axis)
+    }
+
+    /// The lanes of the vector at `at` that belong to active rays.
+    #[inline(always)]
+    pub fn active<T: Token>(&self, token: T, at: usize) -> T::Mask {
+        let below = |limit: usize| token.first(limit.saturating_sub(at));
+        below(self.end).and_not(below(self.begin))
+    }
+
+    /// In debug builds, panics if a property of the rays is set but false.
+    pub fn check(&self) {
+        if cfg!(debug_assertions) && !self.range().is_empty() {
+            let first = self.begin;
+            let p = self.properties;
+            for i in self.range() {
+                let (o, d) = self.ray(i);
+                let (o0, d0) = self.ray(first);
+                let same_sign =
+                    |a: f32, b: f32| a.is_nan() || b.is_nan() || a.is_sign_negative() == b.is_sign_negative();
+                if p.contains(Properties::COMMON_ORIGIN) {
+                    assert!(
+                        o.to_array().map(f32::to_bits) == o0.to_array().map(f32::to_bits),
+                        "ray {i}: COMMON_ORIGIN is set but false"
+                    );
+                }
+                if p.contains(Properties::NORMALIZED_DIRECTIONS) && d.is_finite() {
+                    assert!((d.length_squared() - 1.0).abs() < 2e-5, "ray {i}: NORMALIZED_DIRECTIONS is set but false");
+                }
+                if p.contains(Properties::CONSTANT_SIGNS) {
+                    assert!((0..3).all(|k| same_sign(d[k], d0[k])), "ray {i}: CONSTANT_SIGNS is set but false");
+                }
+                if p.contains(Properties::CONSTANT_AXIS | Properties::HAVE_SHEARS) {
+                    assert!(self.axis[i] == self.axis[first], "ray {i}: CONSTANT_AXIS is set but false");
+                }
+            }
+        }
+    }
+}
+
+/// Row `i` of three columns.
+#[inline(always)]
+pub fn vec3<const N: usize>(columns: &Columns3<N>, i: usize) -> Vec3 {
+    Vec3::new(columns[0][i], columns[1][i], columns[2][i])
+}
+
+/// Writes row `i` of three columns.
+#[inline(always)]
+pub fn set_vec3<const N: usize>(columns: &mut Columns3<N>, i: usize, v: Vec3) {
+    for (column, value) in columns.iter_mut().zip(v.to_array()) {
+        column[i] = value;
+    }
+}
+
+/// The vector at `at` of three columns.
+#[inline(always)]
+pub fn load3<T: Token, const N: usize>(token: T, columns: &Columns3<N>, at: usize) -> [T::F32; 3] {
+    [token.load(&columns[0][..], at), token.load(&columns[1][..], at), token.load(&columns[2][..], at)]
+}
