@@ -136,12 +136,12 @@ impl Token for Avx2 {
     }
     #[inline(always)]
     fn gather(self, src: &[f32], index: Avx2I32, mask: Avx2Mask) -> Avx2F32 {
-        // The instruction reads indices as signed, so it is shown no more of a slice than it can address.
-        let src = &src[..src.len().min(i32::MAX as usize)];
-        let mask = mask & index.lt_unsigned(self.splat_i32(src.len() as i32));
+        // The instruction reads indices as signed: it is shown no more of a slice than it can address.
+        let length = src.len().min(i32::MAX as usize);
+        let mask = mask & index.lt_unsigned(self.splat_i32(length as i32));
         let zero = self.splat(0.0);
-        // SAFETY: AVX2 by the token; only lanes in the mask are read, whose indices are less than the slice's length,
-        // which is at most i32::MAX.
+        // SAFETY: AVX2 by the token; only lanes in the mask are read, whose indices are less than the slice's length
+        // and than i32::MAX.
         Avx2F32(unsafe { _mm256_mask_i32gather_ps::<4>(zero.0, src.as_ptr(), index.0, mask.0) })
     }
     #[inline(always)]

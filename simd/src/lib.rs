@@ -35,18 +35,20 @@
 //! | [`dispatch`] | [`AnyToken`]: detection, choice at run time, `MOBULA_ISA` |
 //! | [`one_lane`] | the lanes of [`Scalar`] and [`Fused`], the twins that the others must equal bit for bit |
 //! | [`scalar`] | [`Scalar`]: 1 lane, unfused, everywhere |
-//! | `sse2` | `Sse2`: 4 lanes, unfused, everywhere (NEON on aarch64, simd128 on wasm) |
+//! | [`sse2`] | [`Sse2`]: 4 lanes, unfused, everywhere (NEON on aarch64, simd128 on wasm) |
 //! | `fused` | `Fused`: 1 lane, fused; x86_64 only |
 //! | `avx2` | `Avx2`: 8 lanes, fused; x86_64 only |
 //! | `avx512` | `Avx512`: 16 lanes, fused; x86_64 only |
 //!
-//! Without the default feature `std` the crate is `no_std`, and loses only `AnyToken::from_env`.
+//! Without the default feature `std` the crate is `no_std`, and loses only [`AnyToken::from_env`].
 #![no_std]
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
 #[cfg(target_arch = "x86_64")]
 pub mod avx2;
+#[cfg(target_arch = "x86_64")]
+pub mod avx512;
 pub mod dispatch;
 #[cfg(target_arch = "x86_64")]
 pub mod fused;
@@ -54,15 +56,21 @@ pub mod lanes;
 pub mod level;
 pub mod one_lane;
 pub mod scalar;
+pub mod sse2;
 mod window;
 
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
+#[cfg(target_arch = "x86_64")]
+pub use avx512::Avx512;
+#[cfg(feature = "std")]
+pub use dispatch::EnvError;
 pub use dispatch::{AnyToken, Unavailable};
 #[cfg(target_arch = "x86_64")]
 pub use fused::Fused;
 pub use lanes::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 pub use level::{Level, UnknownLevel};
 pub use scalar::Scalar;
+pub use sse2::Sse2;
 /// The vectors that the lanes convert to and from.
 pub use wide;

@@ -56,6 +56,6 @@ fn sqrt(x: f32) -> f32 {
 
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
-fn sqrt(x: f32) -> f32 {
+pub(crate) fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
