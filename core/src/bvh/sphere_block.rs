@@ -1,6 +1,6 @@
 //! Four spheres.
 
-use mobula_simd::{F32Lanes, Token};
+use mobula_simd::Token;
 
 use super::block::{BLOCK, Block};
 use super::{Bounds, Bvh, Join};

@@ -29,3 +29,27 @@ pub fn aabb<T: Token>(
     }
     (near.le(far), near)
 }
+
+/// A beam of rays against boxes (or beams against a box): the same test by interval arithmetic.
+///
+/// `to_near` and `to_far` lead from the beam's origins to the planes that its rays meet first and last (so the caller has
+/// looked at the signs of the directions, which are the same for all rays of the beam); `inverse` is the least and the
+/// greatest reciprocal direction. The entry distance is at most that of any ray; a box that any ray meets is never missed,
+/// up to rounding.
+#[inline(always)]
+pub fn beam<T: Token>(
+    _token: T,
+    to_near: [T::F32; 3],
+    to_far: [T::F32; 3],
+    inverse: [[T::F32; 3]; 2],
+    t_min: T::F32,
+    t_max: T::F32,
+) -> (T::Mask, T::F32) {
+    let (mut near, mut far) = (t_min, t_max);
+    for axis in 0..3 {
+        let (least, greatest) = (inverse[0][axis], inverse[1][axis]);
+        near = (to_near[axis] * least).min(to_near[axis] * greatest).max(near);
+        far = (to_far[axis] * least).max(to_far[axis] * greatest).min(far);
+    }
+    (near.le(far), near)
+}
