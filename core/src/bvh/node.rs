@@ -29,7 +29,10 @@ impl Child {
     /// # Panics
     /// If the start needs more than 28 bits or the count is not 1..=8.
     pub fn leaf(start: usize, count: usize) -> Self {
-        assert!((1..=8).contains(&count) && start < START as usize, "more than 2^28 blocks, or {count} blocks in a leaf");
+        assert!(
+            (1..=8).contains(&count) && start < START as usize,
+            "more than 2^28 blocks, or {count} blocks in a leaf"
+        );
         Self(LEAF | ((count - 1) as u32) << COUNT_SHIFT | start as u32)
     }
 

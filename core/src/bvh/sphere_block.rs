@@ -31,11 +31,8 @@ impl Bvh<SphereBlock> {
             (r > 0.0 && low.iter().chain(&high).all(|x| x.is_finite())).then_some(bounds)
         };
         Self::build(count, join, bounds, |indices| {
-            let mut block = SphereBlock {
-                center: [[f32::NAN; BLOCK]; 3],
-                radius: [f32::NAN; BLOCK],
-                ids: [NO_HIT; BLOCK],
-            };
+            let mut block =
+                SphereBlock { center: [[f32::NAN; BLOCK]; 3], radius: [f32::NAN; BLOCK], ids: [NO_HIT; BLOCK] };
             for (place, &index) in indices.iter().enumerate() {
                 let [x, y, z, r] = sphere(index as usize);
                 (block.center[0][place], block.center[1][place], block.center[2][place]) = (x, y, z);
@@ -93,12 +90,12 @@ impl Block for SphereBlock {
     ) -> (T::Mask, T::F32) {
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let direction = load3(token, rays.directions(), at);
-        let center =
-            if HOISTED { prepared.center } else { sub(load3(token, rays.origins(), at), prepared.center) };
+        let center = if HOISTED { prepared.center } else { sub(load3(token, rays.origins(), at), prepared.center) };
+        let all = token.mask(u32::MAX);
         if rays.properties().contains(Properties::NORMALIZED_DIRECTIONS) {
-            sphere::<T, true>(token, center, prepared.radius2, direction, t_min, t_max)
+            sphere::<T, true>(token, all, center, prepared.radius2, direction, t_min, t_max)
         } else {
-            sphere::<T, false>(token, center, prepared.radius2, direction, t_min, t_max)
+            sphere::<T, false>(token, all, center, prepared.radius2, direction, t_min, t_max)
         }
     }
 
@@ -108,9 +105,9 @@ impl Block for SphereBlock {
         let radius = token.load(&self.radius[..], i);
         let radius2 = radius * radius;
         if ray.unit {
-            sphere::<T, true>(token, center, radius2, ray.direction, ray.t_min, ray.t_max)
+            sphere::<T, true>(token, token.first(BLOCK), center, radius2, ray.direction, ray.t_min, ray.t_max)
         } else {
-            sphere::<T, false>(token, center, radius2, ray.direction, ray.t_min, ray.t_max)
+            sphere::<T, false>(token, token.first(BLOCK), center, radius2, ray.direction, ray.t_min, ray.t_max)
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Four triangles.
 
-use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
+use mobula_simd::{F32Lanes, I32Lanes, Token};
 
 use super::block::{BLOCK, Block};
 use super::{Bounds, Bvh, Join};
@@ -95,26 +95,15 @@ impl Block for TriangleBlock {
         if HOISTED {
             let axis = rays.axes()[rays.range().start] as usize % 3;
             let forward = token.load(&rays.directions()[axis][..], at);
-            return triangle(token, *corners, &ShearedRay { shear, forward, t_min, t_max });
+            return triangle(token, token.mask(u32::MAX), *corners, &ShearedRay { shear, forward, t_min, t_max });
         }
         let origin = load3(token, rays.origins(), at);
         let direction = load3(token, rays.directions(), at);
         let axes = token.load_u32(&rays.axes()[..], at);
-        let mut hit = token.mask(0);
-        let mut t = token.splat(0.0);
-        for axis in 0..3 {
-            let lanes = axes.eq(token.splat_i32(axis as i32));
-            if lanes.any() {
-                let [a, b, c] = *corners;
-                let permute = |v: [T::F32; 3]| [v[(axis + 1) % 3], v[(axis + 2) % 3], v[axis]];
-                let relative = [permute(sub(a, origin)), permute(sub(b, origin)), permute(sub(c, origin))];
-                let ray = ShearedRay { shear, forward: direction[axis], t_min, t_max };
-                let (found, distance) = triangle(token, relative, &ray);
-                hit = hit | (found & lanes);
-                t = distance.select(lanes, t);
-            }
-        }
-        (hit, t)
+        let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
+        let [a, b, c] = corners.map(|corner| permute::<T>(sub(corner, origin), on_y, on_z));
+        let [_, _, forward] = permute::<T>(direction, on_y, on_z);
+        triangle(token, token.mask(u32::MAX), [a, b, c], &ShearedRay { shear, forward, t_min, t_max })
     }
 
     #[inline(always)]
@@ -123,12 +112,15 @@ impl Block for TriangleBlock {
             [(ray.axis + 1) % 3, (ray.axis + 2) % 3, ray.axis]
                 .map(|k| token.load(&corner[k % 3][..], i) - ray.origin[k % 3])
         });
-        let sheared = ShearedRay {
-            shear: ray.shear,
-            forward: ray.direction[ray.axis % 3],
-            t_min: ray.t_min,
-            t_max: ray.t_max,
-        };
-        triangle(token, corners, &sheared)
+        let sheared =
+            ShearedRay { shear: ray.shear, forward: ray.direction[ray.axis % 3], t_min: ray.t_min, t_max: ray.t_max };
+        triangle(token, token.first(BLOCK), corners, &sheared)
     }
+}
+
+/// Puts each lane's dominant axis last, keeping the cyclic order.
+#[inline(always)]
+fn permute<T: Token>([x, y, z]: [T::F32; 3], on_y: T::Mask, on_z: T::Mask) -> [T::F32; 3] {
+    let pick = |on: [T::F32; 3]| on[2].select(on_z, on[1].select(on_y, on[0]));
+    [pick([y, z, x]), pick([z, x, y]), pick([x, y, z])]
 }

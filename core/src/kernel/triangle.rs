@@ -29,10 +29,15 @@ pub struct ShearedRay<F> {
     pub t_max: F,
 }
 
-/// Tests the triangle `corners` (relative to the ray's origin, axes permuted like the ray's). Returns which lanes hit and
-/// their distances (meaningless in the others).
+/// Tests the triangle `corners` (relative to the ray's origin, axes permuted like the ray's) in the lanes `active`. Returns
+/// which of them hit, and their distances (meaningless in the others).
 #[inline(always)]
-pub fn triangle<T: Token>(token: T, corners: [[T::F32; 3]; 3], ray: &ShearedRay<T::F32>) -> (T::Mask, T::F32) {
+pub fn triangle<T: Token>(
+    token: T,
+    active: T::Mask,
+    corners: [[T::F32; 3]; 3],
+    ray: &ShearedRay<T::F32>,
+) -> (T::Mask, T::F32) {
     let zero = token.splat(0.0);
     let [a, b, c] = corners;
     let (ax, ay) = (ray.shear[0].neg_mul_add(a[2], a[0]), ray.shear[1].neg_mul_add(a[2], a[1]));
@@ -42,7 +47,7 @@ pub fn triangle<T: Token>(token: T, corners: [[T::F32; 3]; 3], ray: &ShearedRay<
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
-    let inside = u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero);
+    let inside = active & (u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero));
     if !inside.any() {
         return (inside, zero);
     }

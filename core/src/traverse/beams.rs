@@ -99,7 +99,8 @@ impl Beams {
         };
         for axis in 0..3 {
             let negative = octant >> axis & 1 != 0;
-            let (near, far) = if negative { (f32::INFINITY, f32::NEG_INFINITY) } else { (f32::NEG_INFINITY, f32::INFINITY) };
+            let (near, far) =
+                if negative { (f32::INFINITY, f32::NEG_INFINITY) } else { (f32::NEG_INFINITY, f32::INFINITY) };
             (beam.origin[0][axis], beam.origin[1][axis]) = (near, far);
         }
         for group in (0..GROUPS).filter(|group| groups >> group & 1 != 0) {

@@ -21,7 +21,7 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 
 pub use single::SingleRay;
 
-use crate::bvh::{Block, Bvh};
+use crate::bvh::{Block, Bvh, Child};
 use crate::{AnyHitPacket, Hits, RayPacket, Rays};
 
 /// Boxes are widened by this much of the greatest coordinate: see the [module](self).
@@ -52,26 +52,55 @@ impl<B: Block> Bvh<B> {
     pub fn intersect<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
         let (rays, hits) = packet.split();
-        token.run(Traverse { bvh: self, rays, target: hits, all: false })
+        token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::tree(self) })
     }
 
     /// As [`intersect`](Self::intersect), testing every primitive against every ray: what traversal is checked against.
     pub fn intersect_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
         let (rays, hits) = packet.split();
-        token.run(Traverse { bvh: self, rays, target: hits, all: true })
+        token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::all(self) })
     }
 
     /// Sets `t_max` of each active ray that hits anything to `-inf`. Enters the level once.
     pub fn occlude<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
         packet.check();
-        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, all: false })
+        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, roots: Roots::tree(self) })
     }
 
     /// As [`occlude`](Self::occlude), testing every primitive against every ray.
     pub fn occlude_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
         packet.check();
-        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, all: true })
+        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, roots: Roots::all(self) })
+    }
+}
+
+/// Where walks start: at the tree's root, or at every block, as if there were no tree.
+#[derive(Clone, Copy, Debug)]
+struct Roots {
+    root: Option<Child>,
+    next: usize,
+    end: usize,
+}
+
+impl Roots {
+    fn tree<B: Block>(bvh: &Bvh<B>) -> Self {
+        Self { root: Some(bvh.root), next: 0, end: 1 }
+    }
+
+    fn all<B: Block>(bvh: &Bvh<B>) -> Self {
+        Self { root: None, next: 0, end: bvh.blocks.len() }
+    }
+}
+
+impl Iterator for Roots {
+    type Item = Child;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Child> {
+        let here = self.next;
+        self.next += 1;
+        (here < self.end).then(|| self.root.unwrap_or(Child::leaf(here, 1)))
     }
 }
 
@@ -79,8 +108,7 @@ struct Traverse<'a, const N: usize, B, H> {
     bvh: &'a Bvh<B>,
     rays: &'a mut Rays<N>,
     target: &'a mut H,
-    /// Without the tree?
-    all: bool,
+    roots: Roots,
 }
 
 impl<const N: usize, B: Block, H: Target<N>> Task for Traverse<'_, N, B, H> {
@@ -88,7 +116,7 @@ impl<const N: usize, B: Block, H: Target<N>> Task for Traverse<'_, N, B, H> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Paths {
-        packet::traverse(token, self.bvh, self.rays, self.target, self.all)
+        packet::traverse(token, self.bvh, self.rays, self.target, self.roots)
     }
 }
 
@@ -98,15 +126,7 @@ pub(crate) trait Target<const N: usize> {
     const ANY: bool;
 
     /// Takes the lanes `hit` of the rays from `at`; says whether anything changed.
-    fn record<T: Token>(
-        &mut self,
-        token: T,
-        rays: &mut Rays<N>,
-        at: usize,
-        hit: T::Mask,
-        t: T::F32,
-        id: u32,
-    ) -> bool;
+    fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool;
 
     /// The id of ray `i`'s hit so far.
     fn id(&self, i: usize) -> u32;
@@ -119,15 +139,7 @@ impl<const N: usize> Target<N> for Hits<N> {
     const ANY: bool = false;
 
     #[inline(always)]
-    fn record<T: Token>(
-        &mut self,
-        token: T,
-        rays: &mut Rays<N>,
-        at: usize,
-        hit: T::Mask,
-        t: T::F32,
-        id: u32,
-    ) -> bool {
+    fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool {
         let id = token.splat_i32(id as i32);
         let nearest = token.load(&rays.t_max[..], at);
         let lower = id.lt_unsigned(token.load_u32(&self.primitive[..], at));

@@ -7,11 +7,11 @@
 //!               each child met: which groups' beams meet it?  push, nearest last
 //!         leaf: each primitive against each group's rays, W at a time
 
-use mobula_simd::{MaskLanes, F32Lanes, Token};
+use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::beams::{Beam, Beams, GROUPS, MIXED, group_size};
-use super::{Paths, Target, single};
-use crate::bvh::{Block, Bvh, Child, Node};
+use super::{Paths, Roots, Target, single};
+use crate::bvh::{Block, Bvh, Child, Node, STACK};
 use crate::kernel::aabb;
 use crate::{NO_HIT, Rays};
 
@@ -25,16 +25,13 @@ struct Entry {
     groups: u32,
 }
 
-/// Entries on the stack. A tree deep enough to fill it is walked by recursion from there.
-const STACK: usize = 96;
-
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     token: T,
     bvh: &Bvh<B>,
     rays: &mut Rays<N>,
     target: &mut H,
-    all: bool,
+    roots: Roots,
 ) -> Paths {
     let mut paths = Paths::default();
     let range = rays.range();
@@ -46,15 +43,8 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     let hoisted = B::can_hoist(rays);
     let size = group_size(N);
     let all_groups = range.start / size..range.end.div_ceil(size);
-    if all {
-        let groups = all_groups.fold(0, |mask, group| mask | 1 << group);
-        for block in &bvh.blocks {
-            leaf::<T, N, B, H, false>(token, block, rays, target, groups);
-        }
-        return paths;
-    }
     if range.len() < FEW {
-        paths.single += single::traverse(token, bvh, rays, target, range);
+        paths.single += single::traverse(token, bvh, rays, target, roots, range);
         return paths;
     }
     let mut beams = Beams::new(token, rays, bvh.scale);
@@ -62,7 +52,7 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     for group in all_groups {
         let rays_of = range.start.max(group * size)..range.end.min((group + 1) * size);
         if beams.octant[group] == MIXED {
-            paths.single += single::traverse(token, bvh, rays, target, rays_of);
+            paths.single += single::traverse(token, bvh, rays, target, roots, rays_of);
         } else {
             left |= 1 << group;
             if hoisted { paths.common_origin += rays_of.len() as u64 } else { paths.general += rays_of.len() as u64 }
@@ -74,8 +64,10 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
         left &= !groups;
         let beam = beams.around(groups, octant);
         let mut walk = Walk { bvh, rays, target, beams: &mut beams, beam, octant };
-        let root = Entry { child: bvh.root, near: beam.t_min, groups };
-        if hoisted { walk.from::<T, true>(token, root) } else { walk.from::<T, false>(token, root) }
+        for child in roots {
+            let root = Entry { child, near: f32::NEG_INFINITY, groups };
+            if hoisted { walk.from::<T, true>(token, root) } else { walk.from::<T, false>(token, root) }
+        }
     }
     paths
 }
@@ -103,11 +95,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
             if entry.child.is_leaf() {
                 self.leaf::<T, HOISTED>(token, entry);
             } else if let Some(node) = self.bvh.nodes.get(entry.child.index()) {
-                if top + 8 > STACK {
-                    self.deeper::<T, HOISTED>(token, node, entry.groups);
-                } else {
-                    self.node(token, node, entry.groups, &mut stack, &mut top);
-                }
+                self.node(token, node, entry.groups, &mut stack, &mut top);
             }
         }
     }
@@ -160,30 +148,6 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         }
     }
 
-    /// As [`node`](Self::node) and then all below, on a stack of its own.
-    #[inline(never)]
-    #[cold]
-    fn deeper<T: Token, const HOISTED: bool>(&mut self, token: T, node: &Node, groups: u32) {
-        struct Deeper<'a, 'b, const N: usize, B, H, const HOISTED: bool> {
-            walk: &'a mut Walk<'b, N, B, H>,
-            node: &'a Node,
-            groups: u32,
-        }
-        impl<const N: usize, B: Block, H: Target<N>, const HOISTED: bool> mobula_simd::Task
-            for Deeper<'_, '_, N, B, H, HOISTED>
-        {
-            type Output = ();
-            #[inline(always)]
-            fn run<T: Token>(self, token: T) {
-                for child in self.node.child {
-                    let root = Entry { child, near: f32::NEG_INFINITY, groups: self.groups };
-                    self.walk.from::<T, HOISTED>(token, root);
-                }
-            }
-        }
-        token.run(Deeper::<N, B, H, HOISTED> { walk: self, node, groups });
-    }
-
     /// Rows of a node's planes that this octant meets first and last.
     #[inline(always)]
     fn rows(&self) -> [[usize; 3]; 2] {
@@ -227,7 +191,6 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         self.beam.t_max = farthest;
     }
 }
-
 
 /// Tests the primitives of a block against the rays of the groups; returns the groups in which something was found.
 #[inline(always)]

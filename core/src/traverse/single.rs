@@ -2,9 +2,9 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::{PAD, Target};
+use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
-use crate::bvh::{Block, Bvh, Child, Node};
+use crate::bvh::{Block, Bvh, Child, Node, STACK};
 use crate::{Properties, Rays};
 
 /// A ray in every lane, as primitive kernels want it.
@@ -32,8 +32,6 @@ struct Entry {
     near: f32,
 }
 
-const STACK: usize = 64;
-
 /// Traces the rays of `range` one after the other; returns how many.
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
@@ -41,11 +39,15 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     bvh: &Bvh<B>,
     rays: &mut Rays<N>,
     target: &mut H,
+    roots: Roots,
     range: core::ops::Range<usize>,
 ) -> u64 {
+    let mut stack = [Entry { child: bvh.root, near: f32::NEG_INFINITY }; STACK];
     for i in range.clone() {
         let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
-        walk.from::<N, H>(bvh.root);
+        for root in roots {
+            walk.from::<N, H>(root, &mut stack);
+        }
         if let Some((t, id)) = walk.found {
             target.set(rays, i, t, id);
         }
@@ -107,8 +109,8 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
     }
 
     #[inline(always)]
-    fn from<const N: usize, H: Target<N>>(&mut self, root: Child) {
-        let mut stack = [Entry { child: root, near: f32::NEG_INFINITY }; STACK];
+    fn from<const N: usize, H: Target<N>>(&mut self, root: Child, stack: &mut [Entry; STACK]) {
+        stack[0] = Entry { child: root, near: f32::NEG_INFINITY };
         let mut top = 1;
         while top > 0 {
             top -= 1;
@@ -122,11 +124,7 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
                     return;
                 }
             } else if let Some(node) = self.bvh.nodes.get(entry.child.index()) {
-                if top + 8 > STACK {
-                    self.deeper::<N, H>(node);
-                } else {
-                    self.node(node, &mut stack, &mut top);
-                }
+                self.node(node, stack, &mut top);
             }
         }
     }
@@ -165,29 +163,6 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             stack[place] = Entry { child: node.child[slot], near };
             *top += 1;
         }
-    }
-
-    /// All below `node`, on a stack of its own.
-    #[inline(never)]
-    #[cold]
-    fn deeper<const N: usize, H: Target<N>>(&mut self, node: &Node) {
-        struct Deeper<'a, 'b, T: Token, B, H, const N: usize> {
-            walk: &'a mut Walk<'b, T, B>,
-            node: &'a Node,
-            target: core::marker::PhantomData<H>,
-        }
-        impl<T: Token, B: Block, H: Target<N>, const N: usize> mobula_simd::Task for Deeper<'_, '_, T, B, H, N> {
-            type Output = ();
-            #[inline(always)]
-            fn run<U: Token>(self, _token: U) {
-                for child in self.node.child {
-                    if !(H::ANY && self.walk.found.is_some()) {
-                        self.walk.from::<N, H>(child);
-                    }
-                }
-            }
-        }
-        self.token.run(Deeper::<T, B, H, N> { walk: self, node, target: core::marker::PhantomData });
     }
 
     #[inline(always)]
