@@ -35,10 +35,10 @@
 //! let forged = mobula_simd::Avx2::default();
 //! ```
 //! ```compile_fail,E0277
-//! let forged: mobula_simd::Fused = bytemuck::zeroed();
+//! let forged: mobula_simd::Fused = bytemuck::Zeroable::zeroed();
 //! ```
 //! ```compile_fail,E0277
-//! let forged: <mobula_simd::Avx2 as mobula_simd::Token>::F32 = bytemuck::zeroed();
+//! let forged: <mobula_simd::Avx2 as mobula_simd::Token>::F32 = bytemuck::Zeroable::zeroed();
 //! ```
 //! ```compile_fail,E0277
 //! let forged: <mobula_simd::Avx512 as mobula_simd::Token>::Mask = bytemuck::cast(0u16);
