@@ -5,8 +5,7 @@ use mobula_simd::Token;
 use super::block::{BLOCK, Block};
 use super::{Bounds, Bvh, Join};
 use crate::kernel::sphere::sphere;
-use crate::kernel::sub;
-use crate::rays::load3;
+use crate::kernel::{load3, splat3, sub};
 use crate::traverse::SingleRay;
 use crate::{NO_HIT, Properties, Rays};
 
@@ -74,11 +73,13 @@ impl Block for SphereBlock {
         rays: &Rays<N>,
     ) -> Prepared<T::F32> {
         let first = rays.range().start;
-        let center = core::array::from_fn(|k| {
-            let x = self.center[k][i];
-            token.splat(if HOISTED { rays.origins()[k][first] - x } else { x })
-        });
-        Prepared { center, radius2: token.splat(self.radius[i] * self.radius[i]) }
+        let mut center = [self.center[0][i], self.center[1][i], self.center[2][i]];
+        if HOISTED {
+            for (x, origin) in center.iter_mut().zip(rays.origins()) {
+                *x = origin[first] - *x;
+            }
+        }
+        Prepared { center: splat3(token, center), radius2: token.splat(self.radius[i] * self.radius[i]) }
     }
 
     #[inline(always)]
@@ -101,7 +102,7 @@ impl Block for SphereBlock {
 
     #[inline(always)]
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
-        let center = core::array::from_fn(|k| ray.origin[k] - token.load(&self.center[k][..], i));
+        let center = sub(ray.origin, load3(token, &self.center, i));
         let radius = token.load(&self.radius[..], i);
         let radius2 = radius * radius;
         if ray.unit {

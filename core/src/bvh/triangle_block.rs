@@ -1,14 +1,17 @@
 //! Four triangles.
 
-use mobula_simd::{F32Lanes, I32Lanes, Token};
+use mobula_simd::{I32Lanes, Token};
 
 use super::block::{BLOCK, Block};
 use super::{Bounds, Bvh, Join};
-use crate::kernel::sub;
 use crate::kernel::triangle::{ShearedRay, triangle};
-use crate::rays::load3;
+use crate::kernel::{load3, splat3, sub};
+use crate::rays::last_axis;
 use crate::traverse::SingleRay;
 use crate::{NO_HIT, Properties, Rays};
+
+/// The axes in order when the last is dominant.
+const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// Four triangles by corner, axis, and place.
 #[derive(Clone, Copy, Debug)]
@@ -72,14 +75,21 @@ impl Block for TriangleBlock {
         rays: &Rays<N>,
     ) -> [[T::F32; 3]; 3] {
         let first = rays.range().start;
-        let axis = if HOISTED { rays.axes()[first] as usize % 3 } else { 2 };
-        // Hoisted: relative to the origin, the dominant axis last. Otherwise as they are.
-        self.corners.map(|corner| {
-            [(axis + 1) % 3, (axis + 2) % 3, axis].map(|k| {
-                let x = corner[k][i];
-                token.splat(if HOISTED { x - rays.origins()[k][first] } else { x })
-            })
-        })
+        let mut corners = [splat3(token, [0.0; 3]); 3];
+        for (out, corner) in corners.iter_mut().zip(&self.corners) {
+            *out = if HOISTED {
+                // Relative to the origin, the dominant axis last.
+                let axes = AXES[rays.axes()[first] as usize % 3];
+                let mut relative = [0.0; 3];
+                for (x, axis) in relative.iter_mut().zip(axes) {
+                    *x = corner[axis][i] - rays.origins()[axis][first];
+                }
+                splat3(token, relative)
+            } else {
+                splat3(token, [corner[0][i], corner[1][i], corner[2][i]])
+            };
+        }
+        corners
     }
 
     #[inline(always)]
@@ -101,26 +111,27 @@ impl Block for TriangleBlock {
         let direction = load3(token, rays.directions(), at);
         let axes = token.load_u32(&rays.axes()[..], at);
         let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
-        let [a, b, c] = corners.map(|corner| permute::<T>(sub(corner, origin), on_y, on_z));
-        let [_, _, forward] = permute::<T>(direction, on_y, on_z);
-        triangle(token, token.mask(u32::MAX), [a, b, c], &ShearedRay { shear, forward, t_min, t_max })
+        let [a, b, c] = *corners;
+        let relative = [
+            last_axis::<T>(sub(a, origin), on_y, on_z),
+            last_axis::<T>(sub(b, origin), on_y, on_z),
+            last_axis::<T>(sub(c, origin), on_y, on_z),
+        ];
+        let [_, _, forward] = last_axis::<T>(direction, on_y, on_z);
+        triangle(token, token.mask(u32::MAX), relative, &ShearedRay { shear, forward, t_min, t_max })
     }
 
     #[inline(always)]
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
-        let corners = self.corners.map(|corner| {
-            [(ray.axis + 1) % 3, (ray.axis + 2) % 3, ray.axis]
-                .map(|k| token.load(&corner[k % 3][..], i) - ray.origin[k % 3])
-        });
+        let axes = AXES[ray.axis % 3];
+        let mut corners = [ray.origin; 3];
+        for (out, corner) in corners.iter_mut().zip(&self.corners) {
+            for (x, axis) in out.iter_mut().zip(axes) {
+                *x = token.load(&corner[axis], i) - ray.origin[axis];
+            }
+        }
         let sheared =
             ShearedRay { shear: ray.shear, forward: ray.direction[ray.axis % 3], t_min: ray.t_min, t_max: ray.t_max };
         triangle(token, token.first(BLOCK), corners, &sheared)
     }
-}
-
-/// Puts each lane's dominant axis last, keeping the cyclic order.
-#[inline(always)]
-fn permute<T: Token>([x, y, z]: [T::F32; 3], on_y: T::Mask, on_z: T::Mask) -> [T::F32; 3] {
-    let pick = |on: [T::F32; 3]| on[2].select(on_z, on[1].select(on_y, on[0]));
-    [pick([y, z, x]), pick([z, x, y]), pick([x, y, z])]
 }

@@ -5,7 +5,8 @@
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::PAD;
-use crate::{Rays, kernel::aabb};
+use crate::Rays;
+use crate::kernel::{aabb, load3, splat3, sub};
 
 /// Groups in a packet, at most.
 pub(super) const GROUPS: usize = 16;
@@ -66,8 +67,7 @@ impl Beams {
                 greatest[6] = token.load(&rays.t_max[..], at).select(active, minus_inf).max(greatest[6]);
                 at += T::LANES;
             }
-            let least = least.map(F32Lanes::reduce_min);
-            let greatest = greatest.map(F32Lanes::reduce_max);
+            let (least, greatest) = (reduce_min::<T>(least), reduce_max::<T>(greatest));
             beams.t_min[group] = least[6];
             beams.t_max[group] = greatest[6];
             let size = |x: f32, y: f32| if x.abs() > y { x.abs() } else { y };
@@ -127,10 +127,9 @@ impl Beams {
         let mut met = 0;
         let mut at = 0;
         while at < groups {
-            let row = |rows: &[[f32; GROUPS]; 3], k: usize| token.load(&rows[k], at);
-            let to_near = core::array::from_fn(|k| token.splat(near[k]) - row(&self.origin[0], k));
-            let to_far = core::array::from_fn(|k| token.splat(far[k]) - row(&self.origin[1], k));
-            let inverse = [0, 1].map(|i| core::array::from_fn(|k| row(&self.inverse[i], k)));
+            let to_near = sub(splat3(token, near), load3(token, &self.origin[0], at));
+            let to_far = sub(splat3(token, far), load3(token, &self.origin[1], at));
+            let inverse = [load3(token, &self.inverse[0], at), load3(token, &self.inverse[1], at)];
             let (t_min, t_max) = (token.load(&self.t_min, at), token.load(&self.t_max, at));
             met |= aabb::beam(token, to_near, to_far, inverse, t_min, t_max).0.bits() << at;
             at += T::LANES;
@@ -146,4 +145,22 @@ pub(super) struct Beam {
     pub(super) inverse: [[f32; 3]; 2],
     pub(super) t_min: f32,
     pub(super) t_max: f32,
+}
+
+#[inline(always)]
+fn reduce_min<T: Token>(v: [T::F32; 7]) -> [f32; 7] {
+    let mut out = [0.0; 7];
+    for (out, v) in out.iter_mut().zip(v) {
+        *out = v.reduce_min();
+    }
+    out
+}
+
+#[inline(always)]
+fn reduce_max<T: Token>(v: [T::F32; 7]) -> [f32; 7] {
+    let mut out = [0.0; 7];
+    for (out, v) in out.iter_mut().zip(v) {
+        *out = v.reduce_max();
+    }
+    out
 }

@@ -12,7 +12,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 use super::beams::{Beam, Beams, GROUPS, MIXED, group_size};
 use super::{Paths, Roots, Target, single};
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
-use crate::kernel::aabb;
+use crate::kernel::{aabb, splat3, sub};
 use crate::{NO_HIT, Rays};
 
 /// Groups with fewer rays in all travel ray by ray.
@@ -110,13 +110,9 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         let mut nears = [0.0f32; 8];
         let mut at = 0;
         while at < 8 {
-            let to_near = core::array::from_fn(|k| {
-                narrow.load(&node.planes[rows[0][k] % 6], at) - narrow.splat(beam.origin[0][k])
-            });
-            let to_far = core::array::from_fn(|k| {
-                narrow.load(&node.planes[rows[1][k] % 6], at) - narrow.splat(beam.origin[1][k])
-            });
-            let inverse = beam.inverse.map(|side| side.map(|x| narrow.splat(x)));
+            let to_near = sub(pick(narrow, node, rows[0], at), splat3(narrow, beam.origin[0]));
+            let to_far = sub(pick(narrow, node, rows[1], at), splat3(narrow, beam.origin[1]));
+            let inverse = [splat3(narrow, beam.inverse[0]), splat3(narrow, beam.inverse[1])];
             let (hit, near) =
                 aabb::beam(narrow, to_near, to_far, inverse, narrow.splat(beam.t_min), narrow.splat(beam.t_max));
             met |= hit.bits() << at;
@@ -129,8 +125,11 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
             met &= met - 1;
             let mut of_child = groups;
             if N > 16 && groups.count_ones() > 1 {
-                let near = rows[0].map(|row| node.planes[row % 6][slot]);
-                let far = rows[1].map(|row| node.planes[row % 6][slot]);
+                let [mut near, mut far] = [[0.0; 3]; 2];
+                for axis in 0..3 {
+                    near[axis] = node.planes[rows[0][axis] % 6][slot];
+                    far[axis] = node.planes[rows[1][axis] % 6][slot];
+                }
                 of_child &= self.beams.meet(token, near, far, N.div_ceil(group_size(N)));
                 if of_child == 0 {
                     continue;
@@ -151,8 +150,13 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
     /// Rows of a node's planes that this octant meets first and last.
     #[inline(always)]
     fn rows(&self) -> [[usize; 3]; 2] {
-        let negative = |k: usize| usize::from(self.octant >> k & 1) * 3;
-        [[negative(0), 1 + negative(1), 2 + negative(2)], [3 - negative(0), 4 - negative(1), 5 - negative(2)]]
+        let mut rows = [[0, 1, 2], [3, 4, 5]];
+        for axis in 0..3 {
+            if self.octant >> axis & 1 != 0 {
+                (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
+            }
+        }
+        rows
     }
 
     #[inline(always)]
@@ -190,6 +194,16 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         }
         self.beam.t_max = farthest;
     }
+}
+
+/// The planes `rows` of the children from `at`.
+#[inline(always)]
+pub(super) fn pick<T: Token>(token: T, node: &Node, rows: [usize; 3], at: usize) -> [T::F32; 3] {
+    [
+        token.load(&node.planes[rows[0] % 6], at),
+        token.load(&node.planes[rows[1] % 6], at),
+        token.load(&node.planes[rows[2] % 6], at),
+    ]
 }
 
 /// Tests the primitives of a block against the rays of the groups; returns the groups in which something was found.

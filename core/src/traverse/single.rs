@@ -2,9 +2,11 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
+use super::packet::pick;
 use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
+use crate::kernel::{splat3, sub};
 use crate::{Properties, Rays};
 
 /// A ray in every lane, as primitive kernels want it.
@@ -77,29 +79,28 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         let inverse = rays.inverse_columns();
         let largest = (0..3).fold(bvh.scale, |s, k| if origin[k][i].abs() > s { origin[k][i].abs() } else { s });
         let margin = largest * PAD;
-        let negative = [0, 1, 2].map(|k: usize| inverse[k][i] < 0.0);
         let [mut near, mut far] = [[token.splat(0.0); 3]; 2];
         let mut rows = [[0; 3]; 2];
         for k in 0..3 {
             let (low, high) = (origin[k][i] - margin, origin[k][i] + margin);
-            near[k] = token.splat(if negative[k] { low } else { high });
-            far[k] = token.splat(if negative[k] { high } else { low });
-            rows[0][k] = if negative[k] { k + 3 } else { k };
-            rows[1][k] = if negative[k] { k } else { k + 3 };
+            let negative = inverse[k][i] < 0.0;
+            near[k] = token.splat(if negative { low } else { high });
+            far[k] = token.splat(if negative { high } else { low });
+            (rows[0][k], rows[1][k]) = if negative { (k + 3, k) } else { (k, k + 3) };
         }
         Self {
             token,
             bvh,
             ray: SingleRay {
-                origin: [0, 1, 2].map(|k: usize| token.splat(origin[k][i])),
-                direction: [0, 1, 2].map(|k: usize| token.splat(direction[k][i])),
+                origin: splat3(token, [origin[0][i], origin[1][i], origin[2][i]]),
+                direction: splat3(token, [direction[0][i], direction[1][i], direction[2][i]]),
                 shear: [token.splat(shear[0][i]), token.splat(shear[1][i])],
                 axis: rays.axes()[i] as usize,
                 unit: rays.properties().contains(Properties::NORMALIZED_DIRECTIONS),
                 t_min: token.splat(rays.t_min()[i]),
                 t_max: token.splat(rays.t_max[i]),
             },
-            inverse: [0, 1, 2].map(|k: usize| token.splat(inverse[k][i])),
+            inverse: splat3(token, [inverse[0][i], inverse[1][i], inverse[2][i]]),
             edge: [near, far],
             rows,
             t_max: rays.t_max[i],
@@ -137,9 +138,8 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         let mut nears = [0.0f32; 8];
         let mut at = 0;
         while at < 8 {
-            let plane = |row: usize| token.load(&node.planes[row % 6], at);
-            let to_near = [0, 1, 2].map(|k: usize| plane(self.rows[0][k]) - self.edge[0][k]);
-            let to_far = [0, 1, 2].map(|k: usize| plane(self.rows[1][k]) - self.edge[1][k]);
+            let to_near = sub(pick(token, node, self.rows[0], at), self.edge[0]);
+            let to_far = sub(pick(token, node, self.rows[1], at), self.edge[1]);
             let mut near = self.ray.t_min;
             let mut far = self.ray.t_max;
             for k in 0..3 {
