@@ -1,2 +1,4 @@
 //! The engine.
+pub mod camera;
+pub mod scene;
 // pub mod stack;

@@ -147,6 +147,7 @@ pub trait I32Lanes:
     /// The nearest float, read as signed, ties to even.
     fn to_f32(self) -> Self::F32;
     /// The bits, unchanged.
+    #[expect(clippy::wrong_self_convention, reason = "named after `f32::from_bits`, of which it is the vector form")]
     fn from_bits_f32(self) -> Self::F32;
     /// Writes `dst[at..at + LANES]`; lanes beyond the end are dropped.
     fn store(self, dst: &mut [u32], at: usize);

@@ -1,16 +1,76 @@
-//! What a lane is.
+//! What a lane is: vectors of `f32`, `i32` and truth values at every instruction set, written against one trait.
+//!
+//! A **level** is an instruction set; a **token** is a value that proves that this machine has it. Lane values come
+//! only from tokens, so all of this crate's public functions are safe, and a kernel is written once:
+//!
+//! ```
+//! use mobula_simd::{AnyToken, F32Lanes, Task, Token};
+//!
+//! /// The dot product of two packets of 64 numbers.
+//! struct Dot<'a>(&'a [f32; 64], &'a [f32; 64]);
+//!
+//! impl Task for Dot<'_> {
+//!     type Output = f32;
+//!     #[inline(always)]
+//!     fn run<T: Token>(self, token: T) -> f32 {
+//!         let mut sum = token.splat(0.0);
+//!         for at in (0..64).step_by(T::LANES) {
+//!             sum = token.load(self.0, at).mul_add(token.load(self.1, at), sum);
+//!         }
+//!         sum.reduce_add()
+//!     }
+//! }
+//!
+//! // Once per program: what has this machine got? Once per packet: enter that level and work there.
+//! let token = AnyToken::detect();
+//! assert_eq!(token.run(Dot(&[0.5; 64], &[2.0; 64])), 64.0);
+//! ```
+//!
+//! # Map
+//!
+//! | module | idea |
+//! |---|---|
+//! | [`level`] | the names of the instruction sets |
+//! | [`lanes`] | the traits: what every level can do, and the numeric contract |
+//! | [`dispatch`] | [`AnyToken`]: detection, choice at run time, `MOBULA_ISA` |
+//! | [`one_lane`] | the lanes of [`Scalar`] and [`Fused`], the twins that the others must equal bit for bit |
+//! | [`scalar`] | [`Scalar`]: 1 lane, unfused, everywhere |
+//! | [`sse2`] | [`Sse2`]: 4 lanes, unfused, everywhere (NEON on aarch64, simd128 on wasm) |
+//! | `fused` | `Fused`: 1 lane, fused; x86_64 only |
+//! | `avx2` | `Avx2`: 8 lanes, fused; x86_64 only |
+//! | `avx512` | `Avx512`: 16 lanes, fused; x86_64 only |
+//!
+//! Without the default feature `std` the crate is `no_std`, and loses only [`AnyToken::from_env`].
 #![no_std]
+#[cfg(any(feature = "std", test))]
+extern crate std;
+
+#[cfg(target_arch = "x86_64")]
+pub mod avx2;
+#[cfg(target_arch = "x86_64")]
+pub mod avx512;
+pub mod dispatch;
+#[cfg(target_arch = "x86_64")]
+pub mod fused;
 pub mod lanes;
-pub use lanes::*;
-/// An instruction set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Level {
-    /// One lane.
-    Scalar,
-    /// Four.
-    Sse2,
-    /// Eight.
-    Avx2,
-    /// Sixteen.
-    Avx512,
-}
+pub mod level;
+pub mod one_lane;
+pub mod scalar;
+pub mod sse2;
+mod window;
+
+#[cfg(target_arch = "x86_64")]
+pub use avx2::Avx2;
+#[cfg(target_arch = "x86_64")]
+pub use avx512::Avx512;
+#[cfg(feature = "std")]
+pub use dispatch::EnvError;
+pub use dispatch::{AnyToken, Unavailable};
+#[cfg(target_arch = "x86_64")]
+pub use fused::Fused;
+pub use lanes::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
+pub use level::{Level, UnknownLevel};
+pub use scalar::Scalar;
+pub use sse2::Sse2;
+/// The vectors that the lanes convert to and from.
+pub use wide;

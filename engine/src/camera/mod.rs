@@ -1,0 +1,5 @@
+//! Cameras, and where they stand.
+
+mod view;
+
+pub use view::{Up, View};
