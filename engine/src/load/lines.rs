@@ -77,6 +77,9 @@ impl<R: BufRead, C: LineCheck> CheckedLines<R, C> {
                 let fault = Fault::new("binary data in a text file", "check that it is what its name says");
                 return Err(Stop::Fault(fault));
             }
+            if number == 1 && self.raw.starts_with(b"\xef\xbb\xbf") {
+                self.raw.drain(..3);
+            }
             // Names and comments in old encodings must not stop a mesh from loading.
             self.line.push_str(&String::from_utf8_lossy(&self.raw));
             if let Err(fault) = self.check.check(number, &mut self.line) {

@@ -14,6 +14,8 @@ pub(super) struct MtlCheck {
     pub(super) textures: u64,
     /// Statements of unknown meaning, which are left out.
     pub(super) unknown: u64,
+    /// Has the current material a `d`? It wins over `Tr`, which exporters disagree about.
+    dissolve: bool,
 }
 
 impl LineCheck for MtlCheck {
@@ -31,6 +33,7 @@ impl LineCheck for MtlCheck {
                     return Err(Fault::new("newmtl without a name", "write newmtl NAME"));
                 }
                 self.materials += 1;
+                self.dissolve = false;
                 format!("newmtl {name}")
             }
             "ka" | "kd" | "ks" | "ke" => match colour(keyword, words)? {
@@ -43,8 +46,14 @@ impl LineCheck for MtlCheck {
             "ns" => format!("Ns {}", number(keyword, words.next())?),
             "ni" => format!("Ni {}", number(keyword, words.next())?),
             // `d -halo 0.5` is dissolve that depends on the angle; `Tr` is one minus dissolve.
-            "d" => format!("d {}", number(keyword, words.find(|word| *word != "-halo"))?),
-            "tr" => format!("d {}", 1.0 - number(keyword, words.next())?),
+            "d" => {
+                self.dissolve = true;
+                format!("d {}", number(keyword, words.find(|word| *word != "-halo"))?)
+            }
+            "tr" => {
+                let transparency = number(keyword, words.next())?;
+                if self.dissolve { String::new() } else { format!("d {}", 1.0 - transparency) }
+            }
             "illum" => {
                 let model = number(keyword, words.next())?;
                 if (0.0..=255.0).contains(&model) { format!("illum {model:.0}") } else { String::new() }

@@ -14,6 +14,17 @@ const RE_EXPORT: &str = "export the mesh again";
 /// The three lists that a face points into.
 pub(super) const LISTS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
+bitflags::bitflags! {
+    /// What all corners of a face have.
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct FaceHas: u8 {
+        /// Indices of texture coordinates.
+        const TEXTURE_COORDINATES = 1;
+        /// Indices of normals.
+        const NORMALS = 2;
+    }
+}
+
 /// What has been seen of an OBJ file.
 #[derive(Debug, Default)]
 pub(super) struct ObjCheck {
@@ -29,8 +40,8 @@ pub(super) struct ObjCheck {
     pub(super) unknown: (u64, u64),
     /// Curves, surfaces and the like, which are left out.
     pub(super) free_form: (u64, u64),
-    /// `o` and `g` statements.
-    pub(super) groups: u64,
+    /// For each face what it has: the parser makes up what is missing.
+    pub(super) face_has: Vec<FaceHas>,
     /// Materials that are used, with the line of their first use.
     pub(super) materials: BTreeMap<String, u64>,
     /// For each list: faces that pointed past the end of what was there, as (line, index), each farther than the one
@@ -66,19 +77,15 @@ impl LineCheck for ObjCheck {
                 Some(format!("usemtl {name}"))
             }
             "mtllib" => Some(format!("mtllib {}", line.trim()["mtllib".len()..].trim())),
-            "o" | "g" => {
-                self.groups += 1;
-                None
-            }
+            "o" | "g" => None,
             "p" | "l" => {
                 self.points_and_lines += 1;
                 Some(String::new())
             }
-            "s" | "mg" | "usemap" | "maplib" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" => {
-                Some(String::new())
-            }
-            "vp" | "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim" | "hole" | "scrv"
-            | "sp" | "end" | "con" | "ctech" | "stech" => {
+            "s" | "mg" | "usemap" | "maplib" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj"
+            | "trace_obj" => Some(String::new()),
+            "vp" | "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim" | "hole"
+            | "scrv" | "sp" | "end" | "con" | "ctech" | "stech" => {
                 count(&mut self.free_form, number);
                 Some(String::new())
             }
@@ -173,7 +180,9 @@ impl ObjCheck {
     /// `f v v v ...`, each `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn face<'a>(&mut self, line: u64, words: impl Iterator<Item = &'a str>) -> Result<Option<String>, Fault> {
         let mut corners = 0;
+        let mut has = FaceHas::all();
         for word in words {
+            let mut given = FaceHas::empty();
             for (list, field) in word.split('/').enumerate() {
                 if list >= 3 {
                     return Err(Fault::new(
@@ -183,6 +192,7 @@ impl ObjCheck {
                 }
                 if !field.is_empty() {
                     self.index(line, list, field)?;
+                    given |= [FaceHas::empty(), FaceHas::TEXTURE_COORDINATES, FaceHas::NORMALS][list];
                 } else if list == 0 {
                     return Err(Fault::new(
                         format!("face corner {} has no vertex index", quoted(word)),
@@ -190,6 +200,7 @@ impl ObjCheck {
                     ));
                 }
             }
+            has &= given;
             corners += 1;
         }
         if corners == 0 {
@@ -200,6 +211,7 @@ impl ObjCheck {
             return Ok(Some(String::new()));
         }
         self.faces += 1;
+        self.face_has.push(has);
         Ok(None)
     }
 

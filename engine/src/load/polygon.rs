@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// Polygons with more corners are cut as a fan, so that a hostile one costs time in proportion to its size.
-const MOST_CORNERS: usize = 1024;
+const MOST_CORNERS: usize = 256;
 
 /// Appends the triangles of the polygon with corners `polygon` (indices into `positions`) to `out`: always two less
 /// than it has corners. Polygons that are not flat, cross themselves or are not finite give some triangles too.
@@ -44,20 +44,25 @@ fn turn(positions: &[Vec3], normal: Vec3, [a, b, c]: [u32; 3]) -> f32 {
 fn cut_ears(positions: &[Vec3], polygon: &[u32], out: &mut Vec<[u32; 3]>) {
     let normal = normal(positions, polygon);
     let mut left = polygon.to_vec();
+    // Each round looks at one corner; simple polygons need about two rounds a corner. The budget is for the others.
+    let mut budget = 8 * left.len();
+    let mut i = 0;
     while left.len() > 3 {
         let n = left.len();
-        let corner = |i: usize| [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
-        let is_ear = |ear: [u32; 3]| {
-            turn(positions, normal, ear) > 0.0
-                && !left.iter().any(|&point| {
-                    !ear.contains(&point)
-                        && (0..3).all(|k| turn(positions, normal, [ear[k], ear[(k + 1) % 3], point]) >= 0.0)
-                })
-        };
-        // Not a simple polygon: cut somewhere, so that it ends.
-        let i = (0..n).find(|&i| is_ear(corner(i))).unwrap_or(0);
-        out.push(corner(i));
-        left.remove(i);
+        i %= n;
+        let ear = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
+        let is_ear = turn(positions, normal, ear) > 0.0
+            && !left.iter().any(|&point| {
+                !ear.contains(&point)
+                    && (0..3).all(|k| turn(positions, normal, [ear[k], ear[(k + 1) % 3], point]) >= 0.0)
+            });
+        budget = budget.saturating_sub(1);
+        if is_ear || budget == 0 {
+            out.push(ear);
+            left.remove(i);
+        } else {
+            i += 1;
+        }
     }
     out.push([left[0], left[1], left[2]]);
 }
