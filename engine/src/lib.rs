@@ -1,1 +1,5 @@
 //! The engine.
+pub mod balance;
+pub mod image;
+pub mod pipeline;
+pub mod traverse;
