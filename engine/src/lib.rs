@@ -1,4 +1,14 @@
 //! The engine.
+pub mod accel;
+pub mod background;
 pub mod camera;
+pub mod choice;
+pub mod color;
+pub mod image;
+pub mod light;
+pub mod material;
+pub mod math;
+pub mod renderer;
+pub mod sampler;
 pub mod scene;
-// pub mod stack;
+pub mod stack;
