@@ -4,13 +4,17 @@
 extern crate alloc;
 
 pub mod any_hit;
+pub mod bvh;
 pub mod column;
+pub mod kernel;
 pub mod packet;
 pub mod properties;
 pub mod rays;
 pub mod sub_packet;
+pub mod traverse;
 
 pub use any_hit::AnyHitPacket;
+pub use bvh::Bvh;
 pub use column::{Column, Columns3};
 pub use glam;
 pub use mobula_simd as simd;

@@ -3,9 +3,12 @@
 use core::ops::Range;
 
 use glam::Vec3;
-use mobula_simd::{F32Lanes, MaskLanes, Token};
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use crate::{Column, Columns3, Properties};
+
+/// 2^-60: see [`Rays::inverse_directions`].
+pub(crate) const LEAST_DIRECTION: f32 = 1.0 / (1u64 << 60) as f32;
 
 /// Up to `N` rays as a structure of arrays. A ray is the half-open interval `(t_min, t_max]` of `origin + t * direction`;
 /// traversal lowers `t_max` to what it finds. Rays outside [`range`](Self::range) are neither read nor written.
@@ -185,23 +188,25 @@ impl<const N: usize> Rays<N> {
         self.properties |= Properties::NORMALIZED_DIRECTIONS;
     }
 
-    /// `1 / direction`, computed when first asked for, together with the sign properties. A zero direction gives an
-    /// infinity of its sign.
+    /// `1 / direction`, computed when first asked for, together with the sign properties. Sizes below 2^-60 count as
+    /// 2^-60, so that every reciprocal is finite (a slab test without NaN); the sign is kept, that of a zero too.
     #[inline(always)]
     pub fn inverse_directions<T: Token>(&mut self, token: T) -> &Columns3<N> {
         if !self.properties.contains(Properties::HAVE_INVERSE_DIRECTIONS) {
-            let one = token.splat(1.0);
+            let (one, least) = (token.splat(1.0), token.splat(LEAST_DIRECTION));
             let mut negative = [false; 3];
             let mut positive = [false; 3];
             let mut at = 0;
             while at < N {
                 let active = self.active(token, at);
                 for axis in 0..3 {
-                    let inverse = one / token.load(&self.direction[axis][..], at);
+                    let d = token.load(&self.direction[axis][..], at);
+                    let size = one / d.abs().max(least);
+                    let minus = I32Lanes::lt(d.to_bits(), token.splat_i32(0));
+                    let inverse = (-size).select(minus, size);
                     inverse.store_masked(&mut self.inverse[axis][..], at, active);
-                    // 1 / -0 is -inf, so the reciprocal shows the sign bit of a zero too.
-                    negative[axis] |= (inverse.lt(token.splat(0.0)) & active).any();
-                    positive[axis] |= (inverse.ge(token.splat(0.0)) & active).any();
+                    negative[axis] |= (active & minus).any();
+                    positive[axis] |= active.and_not(minus).any();
                 }
                 at += T::LANES;
             }
@@ -232,9 +237,9 @@ impl<const N: usize> Rays<N> {
                 (pick(d[1], d[2], d[0]) * scale).store_masked(&mut self.shear[0][..], at, active);
                 (pick(d[2], d[0], d[1]) * scale).store_masked(&mut self.shear[1][..], at, active);
                 let axis = token.splat_i32(2);
-                let axis = mobula_simd::I32Lanes::select(axis, on_z, token.splat_i32(0));
-                let axis = mobula_simd::I32Lanes::select(token.splat_i32(1), on_y, axis);
-                mobula_simd::I32Lanes::store_masked(axis, &mut self.axis[..], at, active);
+                let axis = I32Lanes::select(axis, on_z, token.splat_i32(0));
+                let axis = I32Lanes::select(token.splat_i32(1), on_y, axis);
+                I32Lanes::store_masked(axis, &mut self.axis[..], at, active);
                 seen[0] |= active.and_not(on_y | on_z).any();
                 seen[1] |= (active & on_y).any();
                 seen[2] |= (active & on_z).any();
@@ -246,6 +251,24 @@ impl<const N: usize> Rays<N> {
             }
         }
         (&self.shear, &self.axis)
+    }
+
+    /// The shear factors as they are: derived by [`shears`](Self::shears).
+    #[inline(always)]
+    pub(crate) fn shear_columns(&self) -> &[Column<f32, N>; 2] {
+        &self.shear
+    }
+
+    /// The reciprocal directions as they are: derived by [`inverse_directions`](Self::inverse_directions).
+    #[inline(always)]
+    pub(crate) fn inverse_columns(&self) -> &Columns3<N> {
+        &self.inverse
+    }
+
+    /// The dominant axes as they are: derived by [`shears`](Self::shears).
+    #[inline(always)]
+    pub(crate) fn axes(&self) -> &Column<u32, N> {
+        &self.axis
     }
 
     /// The lanes of the vector at `at` that belong to active rays.

@@ -83,6 +83,12 @@ impl Token for Avx2 {
     type F32 = Avx2F32;
     type I32 = Avx2I32;
     type Mask = Avx2Mask;
+    type Narrow = Self;
+
+    #[inline(always)]
+    fn narrow(self) -> Self {
+        self
+    }
 
     #[inline(always)]
     fn run<K: Task>(self, task: K) -> K::Output {

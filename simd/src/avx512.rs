@@ -80,6 +80,12 @@ impl Token for Avx512 {
     type F32 = Avx512F32;
     type I32 = Avx512I32;
     type Mask = Avx512Mask;
+    type Narrow = crate::Avx2;
+
+    #[inline(always)]
+    fn narrow(self) -> crate::Avx2 {
+        self.avx2()
+    }
 
     #[inline(always)]
     fn run<K: Task>(self, task: K) -> K::Output {

@@ -28,6 +28,11 @@ pub trait Token: Copy + Debug + Send + Sync + 'static {
     type I32: I32Lanes<Mask = Self::Mask, F32 = Self::F32>;
     /// One truth value a lane.
     type Mask: MaskLanes;
+    /// The level of the same family with at most eight lanes: for work that has only eight, as the children of a node.
+    type Narrow: Token;
+
+    /// This level's narrow one, which it implies.
+    fn narrow(self) -> Self::Narrow;
 
     /// Enters a region compiled for this level and runs `task` in it. Everything from `task` down to the lane
     /// operation must be `#[inline(always)]`.

@@ -261,6 +261,12 @@ macro_rules! one_lane_token {
         type F32 = $crate::one_lane::OneF32<Self>;
         type I32 = $crate::one_lane::OneI32<Self>;
         type Mask = $crate::one_lane::OneMask;
+        type Narrow = Self;
+
+        #[inline(always)]
+        fn narrow(self) -> Self {
+            self
+        }
 
         #[inline(always)]
         fn splat(self, x: f32) -> Self::F32 {

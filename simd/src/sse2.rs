@@ -51,6 +51,12 @@ impl Token for Sse2 {
     type F32 = Sse2F32;
     type I32 = Sse2I32;
     type Mask = Sse2Mask;
+    type Narrow = Self;
+
+    #[inline(always)]
+    fn narrow(self) -> Self {
+        self
+    }
 
     #[inline(always)]
     fn run<K: Task>(self, task: K) -> K::Output {

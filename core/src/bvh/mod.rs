@@ -1,0 +1,54 @@
+//! The acceleration structure: a bounding volume hierarchy with eight children a node.
+//!
+//! Wald, Benthin and Boulos, "Getting Rid of Packets", RT 2008 (wide nodes); Wald, "On fast Construction of SAH-based
+//! Bounding Volume Hierarchies", RT 2007 (the builder).
+
+pub mod block;
+pub mod bounds;
+pub mod build;
+pub mod node;
+pub mod sphere_block;
+pub mod triangle_block;
+
+use alloc::vec::Vec;
+
+pub use block::Block;
+pub use bounds::Bounds;
+pub use build::{Join, Serial};
+pub use node::{Child, Node};
+pub use sphere_block::SphereBlock;
+pub use triangle_block::TriangleBlock;
+
+/// Eight-wide BVH over primitives of one kind, stored as blocks of four in leaves.
+#[derive(Clone, Debug)]
+pub struct Bvh<B> {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) blocks: Vec<B>,
+    pub(crate) root: Child,
+    pub(crate) bounds: Bounds,
+    /// Greatest size of a coordinate: what the rounding of a test is measured by.
+    pub(crate) scale: f32,
+    primitives: usize,
+}
+
+impl<B: Block> Bvh<B> {
+    /// Bounds of all primitives; [`Bounds::EMPTY`] if there are none.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Number of primitives inside: what was given, less what is degenerate.
+    pub fn primitives(&self) -> usize {
+        self.primitives
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Bytes that it occupies.
+    pub fn bytes(&self) -> usize {
+        self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<B>()
+    }
+}

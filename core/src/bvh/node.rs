@@ -1,0 +1,99 @@
+//! A node: the bounds of eight children as a structure of arrays, four cache lines.
+
+use super::Bounds;
+
+/// Where a child is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Child(u32);
+
+const LEAF: u32 = 1 << 31;
+const COUNT_SHIFT: u32 = 28;
+const START: u32 = (1 << COUNT_SHIFT) - 1;
+
+impl Child {
+    /// No child: a leaf of blocks that do not exist.
+    pub const EMPTY: Self = Self(LEAF | START);
+
+    /// The node with this index.
+    ///
+    /// # Panics
+    /// If the index needs more than 31 bits.
+    pub fn node(index: usize) -> Self {
+        assert!(index < LEAF as usize, "more than 2^31 nodes");
+        Self(index as u32)
+    }
+
+    /// `count` (1..=8) blocks from `start`.
+    ///
+    /// # Panics
+    /// If the start needs more than 28 bits or the count is not 1..=8.
+    pub fn leaf(start: usize, count: usize) -> Self {
+        assert!((1..=8).contains(&count) && start < START as usize, "more than 2^28 blocks, or {count} blocks in a leaf");
+        Self(LEAF | ((count - 1) as u32) << COUNT_SHIFT | start as u32)
+    }
+
+    /// Is it a leaf?
+    #[inline(always)]
+    pub fn is_leaf(self) -> bool {
+        self.0 & LEAF != 0
+    }
+
+    /// The index of the node; meaningless for a leaf.
+    #[inline(always)]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// The blocks of the leaf; meaningless for a node.
+    #[inline(always)]
+    pub fn blocks(self) -> core::ops::Range<usize> {
+        let start = (self.0 & START) as usize;
+        start..start + (self.0 >> COUNT_SHIFT & 7) as usize + 1
+    }
+
+    /// The same child after `nodes` nodes and `blocks` blocks were put before it.
+    pub(crate) fn moved(self, nodes: usize, blocks: usize) -> Self {
+        if self == Self::EMPTY {
+            self
+        } else if self.is_leaf() {
+            Self::leaf(self.blocks().start + blocks, self.blocks().len())
+        } else {
+            Self::node(self.index() + nodes)
+        }
+    }
+}
+
+/// Eight children. Unused places have empty bounds, which no ray meets.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Node {
+    /// `planes[0..3]`: low x, y, z of the children; `planes[3..6]`: high x, y, z.
+    pub planes: [[f32; 8]; 6],
+    /// Where they are.
+    pub child: [Child; 8],
+}
+
+impl Node {
+    /// No children.
+    pub const EMPTY: Self = Self {
+        planes: [
+            [f32::INFINITY; 8],
+            [f32::INFINITY; 8],
+            [f32::INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+        ],
+        child: [Child::EMPTY; 8],
+    };
+
+    /// Puts a child at `slot`.
+    pub fn set(&mut self, slot: usize, bounds: &Bounds, child: Child) {
+        for axis in 0..3 {
+            self.planes[axis][slot] = bounds.low[axis];
+            self.planes[axis + 3][slot] = bounds.high[axis];
+        }
+        self.child[slot] = child;
+    }
+}

@@ -1,0 +1,49 @@
+//! Ray/sphere.
+//!
+//! The quadratic in the form of Haines et al., "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems
+//! (2019), ch. 7: the discriminant comes from the ray's closest approach to the centre, so that small far spheres keep
+//! their outline. The nearer root in the interval counts, so a ray from inside hits the far side.
+//!
+//! - NaN: missed.
+//! - Zero direction: missed.
+//! - Degenerate: a radius of zero or less is missed, except that a ray exactly through the centre of a zero sphere hits it.
+//! - Grazing: the discriminant's rounding decides; it is within a few ulp of `radius^2 + |closest approach|^2`.
+
+use mobula_simd::{F32Lanes, MaskLanes, Token};
+
+use super::dot;
+
+/// Tests the sphere around `-center` of the ray's origin.
+///
+/// `center` is the vector from the sphere's centre to the ray's origin, `radius2` the squared radius. With `UNIT` the
+/// direction is taken to have length 1. Returns which lanes hit and their distances.
+#[inline(always)]
+pub fn sphere<T: Token, const UNIT: bool>(
+    token: T,
+    center: [T::F32; 3],
+    radius2: T::F32,
+    direction: [T::F32; 3],
+    t_min: T::F32,
+    t_max: T::F32,
+) -> (T::Mask, T::F32) {
+    let zero = token.splat(0.0);
+    let length2 = if UNIT { token.splat(1.0) } else { dot(direction, direction) };
+    let along = dot(center, direction);
+    // -middle is where the ray is closest to the centre, `closest` the vector to there.
+    let middle = if UNIT { along } else { along / length2 };
+    let closest = [
+        middle.neg_mul_add(direction[0], center[0]),
+        middle.neg_mul_add(direction[1], center[1]),
+        middle.neg_mul_add(direction[2], center[2]),
+    ];
+    let room = radius2 - dot(closest, closest);
+    let real = room.ge(zero);
+    if !real.any() {
+        return (real, zero);
+    }
+    let half = if UNIT { room.sqrt() } else { (room / length2).sqrt() };
+    let near = -middle - half;
+    let far = half - middle;
+    let t = near.select(near.gt(t_min), far);
+    (real & t.gt(t_min) & t.le(t_max), t)
+}

@@ -1,0 +1,220 @@
+//! One ray through the tree: against eight boxes and four primitives at a time.
+
+use mobula_simd::{F32Lanes, MaskLanes, Token};
+
+use super::{PAD, Target};
+use crate::bvh::block::BLOCK;
+use crate::bvh::{Block, Bvh, Child, Node};
+use crate::{Properties, Rays};
+
+/// A ray in every lane, as primitive kernels want it.
+#[derive(Clone, Copy, Debug)]
+pub struct SingleRay<T: Token> {
+    /// Origin.
+    pub origin: [T::F32; 3],
+    /// Direction.
+    pub direction: [T::F32; 3],
+    /// See [`Rays::shears`].
+    pub shear: [T::F32; 2],
+    /// The dominant axis.
+    pub axis: usize,
+    /// Does the direction have length 1?
+    pub unit: bool,
+    /// Near end of the interval.
+    pub t_min: T::F32,
+    /// Far end, lowered by hits.
+    pub t_max: T::F32,
+}
+
+#[derive(Clone, Copy)]
+struct Entry {
+    child: Child,
+    near: f32,
+}
+
+const STACK: usize = 64;
+
+/// Traces the rays of `range` one after the other; returns how many.
+#[inline(always)]
+pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
+    token: T,
+    bvh: &Bvh<B>,
+    rays: &mut Rays<N>,
+    target: &mut H,
+    range: core::ops::Range<usize>,
+) -> u64 {
+    for i in range.clone() {
+        let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
+        walk.from::<N, H>(bvh.root);
+        if let Some((t, id)) = walk.found {
+            target.set(rays, i, t, id);
+        }
+    }
+    range.len() as u64
+}
+
+struct Walk<'a, T: Token, B> {
+    token: T,
+    bvh: &'a Bvh<B>,
+    ray: SingleRay<T>,
+    inverse: [T::F32; 3],
+    /// What to subtract from the nearer and farther planes: the origin, moved outwards by the margin of rounding.
+    edge: [[T::F32; 3]; 2],
+    /// Rows of a node's planes that the ray meets first and last.
+    rows: [[usize; 3]; 2],
+    t_max: f32,
+    id: u32,
+    found: Option<(f32, u32)>,
+}
+
+impl<'a, T: Token, B: Block> Walk<'a, T, B> {
+    #[inline(always)]
+    fn new<const N: usize>(token: T, bvh: &'a Bvh<B>, rays: &Rays<N>, i: usize, id: u32) -> Self {
+        let (origin, direction) = (rays.origins(), rays.directions());
+        let shear = rays.shear_columns();
+        let inverse = rays.inverse_columns();
+        let largest = (0..3).fold(bvh.scale, |s, k| if origin[k][i].abs() > s { origin[k][i].abs() } else { s });
+        let margin = largest * PAD;
+        let negative = [0, 1, 2].map(|k: usize| inverse[k][i] < 0.0);
+        let [mut near, mut far] = [[token.splat(0.0); 3]; 2];
+        let mut rows = [[0; 3]; 2];
+        for k in 0..3 {
+            let (low, high) = (origin[k][i] - margin, origin[k][i] + margin);
+            near[k] = token.splat(if negative[k] { low } else { high });
+            far[k] = token.splat(if negative[k] { high } else { low });
+            rows[0][k] = if negative[k] { k + 3 } else { k };
+            rows[1][k] = if negative[k] { k } else { k + 3 };
+        }
+        Self {
+            token,
+            bvh,
+            ray: SingleRay {
+                origin: [0, 1, 2].map(|k: usize| token.splat(origin[k][i])),
+                direction: [0, 1, 2].map(|k: usize| token.splat(direction[k][i])),
+                shear: [token.splat(shear[0][i]), token.splat(shear[1][i])],
+                axis: rays.axes()[i] as usize,
+                unit: rays.properties().contains(Properties::NORMALIZED_DIRECTIONS),
+                t_min: token.splat(rays.t_min()[i]),
+                t_max: token.splat(rays.t_max[i]),
+            },
+            inverse: [0, 1, 2].map(|k: usize| token.splat(inverse[k][i])),
+            edge: [near, far],
+            rows,
+            t_max: rays.t_max[i],
+            id,
+            found: None,
+        }
+    }
+
+    #[inline(always)]
+    fn from<const N: usize, H: Target<N>>(&mut self, root: Child) {
+        let mut stack = [Entry { child: root, near: f32::NEG_INFINITY }; STACK];
+        let mut top = 1;
+        while top > 0 {
+            top -= 1;
+            let entry = stack[top];
+            if entry.near > self.t_max {
+                continue;
+            }
+            if entry.child.is_leaf() {
+                self.leaf(entry.child);
+                if H::ANY && self.found.is_some() {
+                    return;
+                }
+            } else if let Some(node) = self.bvh.nodes.get(entry.child.index()) {
+                if top + 8 > STACK {
+                    self.deeper::<N, H>(node);
+                } else {
+                    self.node(node, &mut stack, &mut top);
+                }
+            }
+        }
+    }
+
+    /// Pushes the children that the ray meets, the nearest last.
+    #[inline(always)]
+    fn node(&self, node: &Node, stack: &mut [Entry; STACK], top: &mut usize) {
+        let token = self.token;
+        let mut met = 0u32;
+        let mut nears = [0.0f32; 8];
+        let mut at = 0;
+        while at < 8 {
+            let plane = |row: usize| token.load(&node.planes[row % 6], at);
+            let to_near = [0, 1, 2].map(|k: usize| plane(self.rows[0][k]) - self.edge[0][k]);
+            let to_far = [0, 1, 2].map(|k: usize| plane(self.rows[1][k]) - self.edge[1][k]);
+            let mut near = self.ray.t_min;
+            let mut far = self.ray.t_max;
+            for k in 0..3 {
+                near = (to_near[k] * self.inverse[k]).max(near);
+                far = (to_far[k] * self.inverse[k]).min(far);
+            }
+            met |= near.le(far).bits() << at;
+            near.store(&mut nears, at);
+            at += T::LANES;
+        }
+        let first = *top;
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize % 8;
+            met &= met - 1;
+            let near = nears[slot];
+            let mut place = *top;
+            while place > first && stack[place - 1].near < near {
+                stack[place] = stack[place - 1];
+                place -= 1;
+            }
+            stack[place] = Entry { child: node.child[slot], near };
+            *top += 1;
+        }
+    }
+
+    /// All below `node`, on a stack of its own.
+    #[inline(never)]
+    #[cold]
+    fn deeper<const N: usize, H: Target<N>>(&mut self, node: &Node) {
+        struct Deeper<'a, 'b, T: Token, B, H, const N: usize> {
+            walk: &'a mut Walk<'b, T, B>,
+            node: &'a Node,
+            target: core::marker::PhantomData<H>,
+        }
+        impl<T: Token, B: Block, H: Target<N>, const N: usize> mobula_simd::Task for Deeper<'_, '_, T, B, H, N> {
+            type Output = ();
+            #[inline(always)]
+            fn run<U: Token>(self, _token: U) {
+                for child in self.node.child {
+                    if !(H::ANY && self.walk.found.is_some()) {
+                        self.walk.from::<N, H>(child);
+                    }
+                }
+            }
+        }
+        self.token.run(Deeper::<T, B, H, N> { walk: self, node, target: core::marker::PhantomData });
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, child: Child) {
+        let token = self.token;
+        let Some(blocks) = self.bvh.blocks.get(child.blocks()) else { return };
+        for block in blocks {
+            let mut first = 0;
+            while first < BLOCK {
+                let (hit, t) = block.test_single(token, &self.ray, first);
+                let mut hits = hit.bits();
+                if hits != 0 {
+                    let mut distance = [0.0; 16];
+                    t.store(&mut distance, 0);
+                    while hits != 0 {
+                        let lane = hits.trailing_zeros() as usize % 16;
+                        hits &= hits - 1;
+                        let (t, id) = (distance[lane], block.ids()[(first + lane) % BLOCK]);
+                        if t < self.t_max || (t == self.t_max && id < self.id) {
+                            (self.t_max, self.id) = (t, id);
+                            self.found = Some((t, id));
+                            self.ray.t_max = token.splat(t);
+                        }
+                    }
+                }
+                first += T::LANES;
+            }
+        }
+    }
+}
