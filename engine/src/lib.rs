@@ -1,6 +1,7 @@
 //! The engine.
 pub mod accel;
 pub mod background;
+pub mod builtin;
 pub mod camera;
 pub mod choice;
 pub mod color;
