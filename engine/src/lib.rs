@@ -1,10 +1,13 @@
 //! The engine.
 pub mod accel;
+pub mod app;
 pub mod background;
 pub mod balance;
+pub mod builtin;
 pub mod camera;
 pub mod choice;
 pub mod color;
+pub mod display;
 pub mod generate;
 pub mod image;
 pub mod light;

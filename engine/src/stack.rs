@@ -9,6 +9,7 @@ use std::cell::Cell;
 
 use glam::Vec3;
 use mobula_core::rays::{set_vec3, vec3};
+use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, Column, Columns3, RayPacket, SubPacket};
 use mobula_simd::AnyToken;
 
@@ -40,6 +41,8 @@ pub struct Statistics {
     pub shadow: Cell<u64>,
     /// All other rays.
     pub secondary: Cell<u64>,
+    /// Which paths they took through acceleration structures; a ray counts once for each structure that it met.
+    pub paths: Cell<Paths>,
 }
 
 impl Statistics {
@@ -56,6 +59,14 @@ impl Statistics {
         {
             mine.set(mine.get() + theirs.get());
         }
+        self.count_paths(other.paths.get());
+    }
+
+    /// Adds what an acceleration structure says of the rays that it traced.
+    pub fn count_paths(&self, more: Paths) {
+        let mut paths = self.paths.get();
+        paths += more;
+        self.paths.set(paths);
     }
 }
 

@@ -1,14 +1,13 @@
 //! Which acceleration structure finds the hits, chosen by name.
 
-mod brute;
-
-use std::sync::Arc;
+mod hierarchy;
+mod threads;
 
 use crate::choice::choice;
 use crate::scene::Geometry;
 use crate::stack::AccelerationStructure;
 
-use brute::Brute;
+use hierarchy::Hierarchy;
 
 choice! {
     /// An acceleration structure.
@@ -22,9 +21,7 @@ choice! {
 
 impl AccelerationKind {
     /// Builds it over all primitives of `geometry` that were not left out.
-    pub fn build<const N: usize>(self, geometry: &Arc<Geometry>) -> Box<dyn AccelerationStructure<N>> {
-        match self {
-            Self::Bvh | Self::Brute => Box::new(Brute::new(geometry)),
-        }
+    pub fn build<const N: usize>(self, geometry: &Geometry) -> Box<dyn AccelerationStructure<N>> {
+        Box::new(Hierarchy::new(geometry, self == Self::Brute))
     }
 }

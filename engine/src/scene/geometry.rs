@@ -1,5 +1,6 @@
 //! All primitives of a scene under scene-wide ids, with their bounds; knows neither packet width nor acceleration.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -67,11 +68,15 @@ pub enum Shape {
     Spheres(Arc<Spheres>),
 }
 
-/// All primitives of a scene. Each object has a range of ids, in the order of the description; a primitive that is left
-/// out keeps its id, which nothing then hits.
+/// All primitives of a scene. Each object has a range of ids: first the meshes, in the order of the description, then
+/// the spheres. A primitive that is left out keeps its id, which nothing then hits.
 #[derive(Clone, Debug)]
 pub struct Geometry {
     parts: Vec<Part>,
+    /// How many of the ids are triangles'.
+    triangles: u32,
+    /// How many ids there are.
+    count: u32,
     bounds: (Vec3, Vec3),
     report: GeometryReport,
     has_colors: bool,
@@ -90,11 +95,19 @@ impl Geometry {
     pub fn new(objects: &[Object]) -> Result<Self, SceneError> {
         let mut geometry = Self {
             parts: Vec::new(),
+            triangles: 0,
+            count: 0,
             bounds: (Vec3::INFINITY, Vec3::NEG_INFINITY),
             report: GeometryReport::default(),
             has_colors: false,
         };
-        geometry.add(objects)?;
+        let mut shapes = Vec::new();
+        flatten(objects, &mut shapes);
+        // Stable: meshes come first.
+        shapes.sort_by_key(|shape| matches!(shape, Shape::Spheres(_)));
+        for shape in shapes {
+            geometry.add(shape)?;
+        }
         let Self { parts, bounds, report, .. } = &mut geometry;
         let (low, high) = bounds;
         for part in parts.iter() {
@@ -122,26 +135,22 @@ impl Geometry {
         Ok(geometry)
     }
 
-    fn add(&mut self, objects: &[Object]) -> Result<(), SceneError> {
-        for object in objects {
-            let (shape, count) = match object {
-                Object::Group(objects) => {
-                    self.add(objects)?;
-                    continue;
-                }
-                Object::Mesh(mesh) => (Shape::Mesh(mesh.clone()), mesh.triangles.len()),
-                Object::Spheres(spheres) => {
-                    self.has_colors |= !spheres.colors.is_empty();
-                    (Shape::Spheres(spheres.clone()), spheres.centers.len())
-                }
-            };
-            let first = self.parts.last().map_or(0, |part| part.first + part.count);
-            let count = u32::try_from(count).map_err(|_| SceneError::TooManyPrimitives)?;
-            // The last id is "no hit".
-            first.checked_add(count).filter(|&end| end < u32::MAX).ok_or(SceneError::TooManyPrimitives)?;
-            if count > 0 {
-                self.parts.push(Part { first, count, shape });
-            }
+    fn add(&mut self, shape: Shape) -> Result<(), SceneError> {
+        let count = match &shape {
+            Shape::Mesh(mesh) => mesh.triangles.len(),
+            Shape::Spheres(spheres) => spheres.centers.len(),
+        };
+        let first = self.count;
+        let count = u32::try_from(count).map_err(|_| SceneError::TooManyPrimitives)?;
+        // The last id is "no hit".
+        let end = first.checked_add(count).filter(|&end| end < u32::MAX).ok_or(SceneError::TooManyPrimitives)?;
+        match &shape {
+            Shape::Mesh(_) => self.triangles = end,
+            Shape::Spheres(spheres) => self.has_colors |= !spheres.colors.is_empty(),
+        }
+        self.count = end;
+        if count > 0 {
+            self.parts.push(Part { first, count, shape });
         }
         Ok(())
     }
@@ -166,37 +175,43 @@ impl Geometry {
         self.has_colors
     }
 
-    /// Ids and corners of all triangles that were not left out, by rising id.
-    pub fn triangles(&self) -> impl Iterator<Item = (u32, [Vec3; 3])> + '_ {
-        self.parts.iter().flat_map(|part| {
-            let mesh = if let Shape::Mesh(mesh) = &part.shape { Some(mesh) } else { None };
-            let of_mesh = mesh.map(|mesh| {
-                (0..part.count).filter_map(move |i| Some((part.first + i, triangle(mesh, i as usize).ok()?)))
-            });
-            of_mesh.into_iter().flatten()
-        })
+    /// The ids of triangles.
+    pub fn triangle_ids(&self) -> Range<u32> {
+        0..self.triangles
     }
 
-    /// Ids, centres and radii of all spheres that were not left out, by rising id.
-    pub fn spheres(&self) -> impl Iterator<Item = (u32, Vec3, f32)> + '_ {
-        self.parts.iter().flat_map(|part| {
-            let spheres = if let Shape::Spheres(spheres) = &part.shape { Some(spheres) } else { None };
-            let of_spheres = spheres.map(|spheres| {
-                (0..part.count).filter_map(move |i| {
-                    let (center, radius) = sphere(spheres, i as usize).ok()?;
-                    Some((part.first + i, center, radius))
-                })
-            });
-            of_spheres.into_iter().flatten()
-        })
+    /// The ids of spheres.
+    pub fn sphere_ids(&self) -> Range<u32> {
+        self.triangles..self.count
+    }
+
+    /// The corners of triangle `id`; `None` if it is left out.
+    ///
+    /// # Panics
+    /// If there is no such primitive.
+    pub fn triangle(&self, id: u32) -> Option<[Vec3; 3]> {
+        let part = self.part(id, &mut 0);
+        let Shape::Mesh(mesh) = &part.shape else { return None };
+        triangle(mesh, (id - part.first) as usize).ok()
+    }
+
+    /// Centre and radius of sphere `id`; `None` if it is left out.
+    ///
+    /// # Panics
+    /// If there is no such primitive.
+    pub fn sphere(&self, id: u32) -> Option<(Vec3, f32)> {
+        let part = self.part(id, &mut 0);
+        let Shape::Spheres(spheres) = &part.shape else { return None };
+        sphere(spheres, (id - part.first) as usize).ok()
     }
 
     /// Points that show how far the geometry reaches: all corners, and the six ends of each sphere.
     pub fn extremes(&self) -> impl Iterator<Item = Vec3> + '_ {
-        let ends = |(_, center, radius): (u32, Vec3, f32)| {
+        let ends = |(center, radius): (Vec3, f32)| {
             [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(move |a| [center + a * radius, center - a * radius])
         };
-        self.triangles().flat_map(|(_, corners)| corners).chain(self.spheres().flat_map(ends))
+        let corners = self.triangle_ids().filter_map(|id| self.triangle(id)).flatten();
+        corners.chain(self.sphere_ids().filter_map(|id| self.sphere(id)).flat_map(ends))
     }
 
     /// The part that primitive `id` belongs to. `near` is where to look first: the part of the last one.
@@ -243,6 +258,16 @@ impl Geometry {
                 .corners(i)
                 .map_or(0.0, |[a, b, c]| (b - a).abs().max((c - a).abs()).max((c - b).abs()).max_element()),
             Shape::Spheres(spheres) => spheres.sphere(i).map_or(0.0, |(_, radius)| radius),
+        }
+    }
+}
+
+fn flatten(objects: &[Object], shapes: &mut Vec<Shape>) {
+    for object in objects {
+        match object {
+            Object::Group(objects) => flatten(objects, shapes),
+            Object::Mesh(mesh) => shapes.push(Shape::Mesh(mesh.clone())),
+            Object::Spheres(spheres) => shapes.push(Shape::Spheres(spheres.clone())),
         }
     }
 }
@@ -302,8 +327,8 @@ mod tests {
         let expected =
             GeometryReport { triangles: 7, spheres: 5, degenerate: 2, not_finite: 3, out_of_range: 3, bad_radius: 1 };
         assert_eq!(*geometry.report(), expected);
-        assert_eq!(geometry.triangles().map(|t| t.0).collect::<Vec<_>>(), [0, 6]);
-        assert_eq!(geometry.spheres().map(|s| s.0).collect::<Vec<_>>(), [8]);
+        assert_eq!(geometry.triangle_ids().filter(|&id| geometry.triangle(id).is_some()).collect::<Vec<_>>(), [0, 6]);
+        assert_eq!(geometry.sphere_ids().filter(|&id| geometry.sphere(id).is_some()).collect::<Vec<_>>(), [8]);
         assert_eq!(geometry.bounds(), (Vec3::new(0.0, -1.0, -1.0), Vec3::new(6.0, 1.0, 1.0)));
     }
 
