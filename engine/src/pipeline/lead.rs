@@ -31,6 +31,17 @@ pub(super) enum Phase {
     Over,
 }
 
+/// A render thread. Its number is its own for ever: a thread that was sent away and is slow to look never takes a
+/// newcomer of the same index for itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Member {
+    pub(super) index: usize,
+    pub(super) number: u64,
+}
+
+/// The thread that each run begins with.
+pub(super) const FIRST: Member = Member { index: 0, number: 0 };
+
 /// What all render threads read between two crossings, and one of them writes at the barrier.
 pub(super) struct Shared<S, B> {
     pub(super) state: S,
@@ -43,9 +54,8 @@ pub(super) struct Shared<S, B> {
     /// The frame in stage 0, or the next one to be there.
     pub(super) frame: u64,
     pub(super) time: Duration,
-    pub(super) threads: usize,
-    /// Threads of an older generation leave.
-    pub(super) generation: u64,
+    /// Who takes part. A thread that is not on the list leaves.
+    pub(super) members: Vec<Member>,
     pub(super) pinning: bool,
 }
 
@@ -56,6 +66,9 @@ pub(super) struct Leader<S> {
     pub(super) parker: Parker,
     /// Channels that no resize callback has heard of.
     pub(super) new_channels: Vec<usize>,
+    /// The threads that the next run begins with.
+    pub(super) threads: usize,
+    pub(super) next_member: u64,
     pub(super) frames_left: u64,
     /// A stage asked for another frame.
     pub(super) more: bool,
@@ -72,13 +85,15 @@ pub(super) struct Leader<S> {
 }
 
 impl<S> Leader<S> {
-    pub(super) fn new(parker: Parker) -> Self {
+    pub(super) fn new(parker: Parker, threads: usize) -> Self {
         let now = Instant::now();
         Self {
             callbacks: Callbacks::default(),
             requests: Requests::default(),
             parker,
             new_channels: Vec::new(),
+            threads,
+            next_member: 1,
             frames_left: 0,
             more: false,
             rendering: false,
@@ -93,7 +108,7 @@ impl<S> Leader<S> {
     }
 
     /// Makes ready for a run of so many frames.
-    pub(super) fn begin_run(&mut self, frames: u64, threads: usize) {
+    pub(super) fn begin_run(&mut self, frames: u64) {
         let now = Instant::now();
         (self.run_start, self.turn_start) = (now, now);
         (self.serial, self.slept) = (Duration::ZERO, Duration::ZERO);
@@ -101,7 +116,8 @@ impl<S> Leader<S> {
         self.watch = Stopwatch::default();
         self.frames_left = frames;
         self.requests.stop = false;
-        self.requests.threads = Some(threads);
+        self.next_member = FIRST.number + 1;
+        self.requests.threads = Some(self.threads);
     }
 
     /// The safe point, and the callbacks to call with it.
@@ -110,7 +126,7 @@ impl<S> Leader<S> {
             state: &mut shared.state,
             frame: shared.frame,
             time: shared.time,
-            threads: shared.threads,
+            threads: shared.members.len(),
             channels: &shared.channels,
             requests: &mut self.requests,
             fault: None,
@@ -279,11 +295,11 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
 
     /// Lets the stages prepare for the turn.
     pub(super) fn begin_stages(&self, shared: &mut Shared<S, B>) -> Result<(), Caught> {
-        let Shared { state, stages, buffers, channels, threads, .. } = shared;
+        let Shared { state, stages, buffers, channels, members, .. } = shared;
         let sizes: Vec<_> = channels.iter().map(|channel| channel.size).collect();
         for (index, stage) in stages.iter_mut().enumerate() {
             let Some(Stamp { number, time, changed }) = buffers.stamp(index) else { continue };
-            let plan = Plan { number, time, changed, threads: *threads, sizes: &sizes };
+            let plan = Plan { number, time, changed, threads: members.len(), sizes: &sizes };
             let name = stage.name().to_owned();
             catch(name, || stage.begin(state, &plan))?;
         }

@@ -36,7 +36,7 @@ pub use transaction::{Batch, Handle, Progress};
 use crate::image::{FrameBuffer, Size};
 use buffers::Buffers;
 use callback::Moment;
-use lead::{Leader, Phase, Shared};
+use lead::{FIRST, Leader, Phase, Shared};
 use run::Run;
 use transaction::Receiver;
 
@@ -67,14 +67,13 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
             phase: Phase::Setup,
             frame: 0,
             time: Duration::ZERO,
-            threads: config.threads,
-            generation: 0,
+            members: vec![FIRST],
             pinning: false,
         };
         Ok(Self {
             inbox: Receiver::new(&parker),
             shared: RwLock::new(shared),
-            leader: Mutex::new(Leader::new(parker)),
+            leader: Mutex::new(Leader::new(parker, config.threads)),
             fault: None,
             config,
         })
@@ -145,13 +144,13 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
     }
 
     fn begin_run(&mut self, frames: u64) {
-        let config = self.config.clone();
+        let pin = self.config.pin;
         self.inbox.open();
         let (shared, leader) = self.parts();
-        leader.begin_run(frames, shared.threads);
-        shared.pinning = config.pin && threads::may_pin(shared.threads);
+        leader.begin_run(frames);
+        shared.pinning = pin && threads::may_pin(leader.threads);
         shared.phase = Phase::Setup;
-        (shared.threads, shared.generation) = (1, 0);
+        shared.members = vec![FIRST];
     }
 
     fn end_run(&mut self, mut report: Report, mut fault: Option<Fault>) -> Result<Report, Fault> {

@@ -11,7 +11,7 @@ use super::Pipeline;
 use super::barrier::{Barrier, Pass, Turn};
 use super::callback::Worker;
 use super::fault::{Caught, Fault, catch};
-use super::lead::{Leader, Phase, Shared};
+use super::lead::{FIRST, Leader, Member, Phase, Shared};
 use super::report::{Report, Tally};
 use super::stage::{Balance, Frame, Signals, StageBuffer};
 use super::threads::{cores, may_pin, pin_current};
@@ -40,7 +40,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     /// calling thread only waits, so that its affinity and its thread-local values stay as they are.
     pub(super) fn drive(self) -> (Report, Option<Fault>) {
         std::thread::scope(|threads| {
-            if let Err(error) = self.spawn(threads, 0, 0, None) {
+            if let Err(error) = self.spawn(threads, FIRST, None) {
                 let message = format!("the first render thread could not be started: {error}");
                 self.note_fault(Caught { component: "threads".into(), message, location: None }.at(0, 0));
             }
@@ -52,30 +52,24 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     fn spawn<'scope>(
         &'scope self,
         threads: &'scope Scope<'scope, '_>,
-        index: usize,
-        generation: u64,
+        member: Member,
         pass: Option<Pass>,
     ) -> std::io::Result<()> {
-        let mut builder = Builder::new().name(format!("render {index}"));
+        let mut builder = Builder::new().name(format!("render {}", member.index));
         if let Some(bytes) = self.pipeline.config.stack_size {
             builder = builder.stack_size(bytes);
         }
         builder.spawn_scoped(threads, move || {
-            if let Err(caught) = catch("pipeline", || self.work(threads, index, generation, pass)) {
-                self.give_up(caught.at(index, 0));
+            if let Err(caught) = catch("pipeline", || self.work(threads, member, pass)) {
+                self.give_up(caught.at(member.index, 0));
             }
         })?;
         Ok(())
     }
 
     /// The life of a render thread.
-    fn work<'scope>(
-        &'scope self,
-        threads: &'scope Scope<'scope, '_>,
-        index: usize,
-        generation: u64,
-        pass: Option<Pass>,
-    ) {
+    fn work<'scope>(&'scope self, threads: &'scope Scope<'scope, '_>, member: Member, pass: Option<Pass>) {
+        let index = member.index;
         if pass.is_some_and(|pass| self.barrier.join(pass).is_err()) {
             return;
         }
@@ -88,7 +82,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
         loop {
             let start = Instant::now();
             let shared = self.read();
-            if shared.phase == Phase::Over || shared.generation != generation || index >= shared.threads {
+            if shared.phase == Phase::Over || shared.members.get(index) != Some(&member) {
                 break;
             }
             let done = self.run_phase(&shared, index, &mut tally);
@@ -114,7 +108,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
         match shared.phase {
             Phase::Setup | Phase::Over => Ok(()),
             Phase::Animation | Phase::PreRender => {
-                let (state, threads) = (&shared.state, shared.threads);
+                let (state, threads) = (&shared.state, shared.members.len());
                 let worker = Worker { state, thread, threads, frame: shared.frame, time: shared.time };
                 let called = shared.parallel.iter().try_for_each(|callback| callback.call(&worker));
                 called.map_err(|caught| caught.at(thread, shared.frame))
@@ -134,7 +128,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
                 let tasks =
                     if balance == Balance::Imbalanced { views.chunks(1) } else { views.chunks(views.len().max(1)) };
                 for views in tasks {
-                    let mine = balance != Balance::Imbalanced || imbalanced % shared.threads == thread;
+                    let mine = balance != Balance::Imbalanced || imbalanced % shared.members.len() == thread;
                     imbalanced += usize::from(balance == Balance::Imbalanced);
                     if !mine {
                         continue;
@@ -145,7 +139,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
                         time: stamp.time,
                         changed: stamp.changed,
                         thread,
-                        threads: shared.threads,
+                        threads: shared.members.len(),
                         views,
                         signals: &self.signals,
                     };
@@ -160,7 +154,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     }
 
     /// The work of the last thread to arrive, while all others wait. Returns the time it took.
-    fn lead<'scope>(&'scope self, turn: &mut Turn<'_>, threads: &'scope Scope<'scope, '_>, thread: usize) -> Duration {
+    fn lead<'scope>(&'scope self, turn: &mut Turn, threads: &'scope Scope<'scope, '_>, thread: usize) -> Duration {
         let start = Instant::now();
         let mut shared = self.write();
         let mut leader = self.pipeline.leader.lock().unwrap_or_else(PoisonError::into_inner);
@@ -185,31 +179,30 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     /// a thread cannot be unpinned.
     fn change_threads<'scope>(
         &'scope self,
-        turn: &mut Turn<'_>,
+        turn: &mut Turn,
         threads: &'scope Scope<'scope, '_>,
         shared: &mut Shared<S, B>,
         leader: &mut Leader<S>,
     ) {
         let Some(wanted) = leader.requests.threads.take() else { return };
+        leader.threads = wanted;
         let pinning = self.pipeline.config.pin && may_pin(wanted);
-        let exchange = pinning != shared.pinning;
-        let keep = if exchange { 0 } else { shared.threads.min(wanted) };
-        let generation = shared.generation + u64::from(exchange);
-        let started = (keep..wanted).map(|index| self.spawn(threads, index, generation, Some(turn.pass())));
-        let mut count = keep;
-        for result in started {
-            match result {
-                Ok(()) => count += 1,
-                Err(error) => {
-                    self.note(format!("only {count} of {wanted} threads could be started: {error}"));
-                    break;
-                }
+        let keep = if pinning == shared.pinning { shared.members.len().min(wanted) } else { 0 };
+        let mut members = shared.members[..keep].to_vec();
+        for index in keep..wanted {
+            let member = Member { index, number: leader.next_member };
+            leader.next_member += 1;
+            if let Err(error) = self.spawn(threads, member, Some(turn.pass())) {
+                self.note(format!("only {index} of {wanted} threads could be started: {error}"));
+                break;
             }
+            members.push(member);
         }
-        if count == 0 {
+        if members.is_empty() {
             return; // none could be started: the old ones stay
         }
-        (shared.generation, shared.pinning, shared.threads) = (generation, pinning, count);
+        let count = members.len();
+        (shared.members, shared.pinning) = (members, pinning);
         turn.set_threads(count);
         self.pipeline.inbox.progress.threads.store(count, Ordering::Relaxed);
         if count > cores().len().max(1) {

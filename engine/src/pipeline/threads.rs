@@ -8,7 +8,7 @@ use std::sync::{Mutex, OnceLock};
 use core_affinity::CoreId;
 
 /// The most render threads a pipeline may have.
-pub const MAX_THREADS: usize = 1024;
+pub const MAX_THREADS: usize = crate::balance::MAX_THREADS;
 
 /// A thread count outside `1..=`[`MAX_THREADS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
