@@ -65,6 +65,7 @@ impl Block for TriangleBlock {
     #[inline(always)]
     fn derive<T: Token, const N: usize>(token: T, rays: &mut Rays<N>) {
         rays.shears(token);
+        rays.inverse_directions(token);
     }
 
     #[inline(always)]
@@ -104,11 +105,12 @@ impl Block for TriangleBlock {
         let shear = [token.load(&shear[0][..], at), token.load(&shear[1][..], at)];
         if HOISTED {
             let axis = rays.axes()[rays.range().start] as usize % 3;
-            let forward = token.load(&rays.directions()[axis][..], at);
-            return triangle(token, token.mask(u32::MAX), *corners, &ShearedRay { shear, forward, t_min, t_max });
+            let inverse_forward = token.load(&rays.inverse_columns()[axis][..], at);
+            let ray = ShearedRay { shear, inverse_forward, t_min, t_max };
+            return triangle(token, token.mask(u32::MAX), *corners, &ray);
         }
         let origin = load3(token, rays.origins(), at);
-        let direction = load3(token, rays.directions(), at);
+        let inverse = load3(token, rays.inverse_columns(), at);
         let axes = token.load_u32(&rays.axes()[..], at);
         let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
         let [a, b, c] = *corners;
@@ -117,8 +119,8 @@ impl Block for TriangleBlock {
             last_axis::<T>(sub(b, origin), on_y, on_z),
             last_axis::<T>(sub(c, origin), on_y, on_z),
         ];
-        let [_, _, forward] = last_axis::<T>(direction, on_y, on_z);
-        triangle(token, token.mask(u32::MAX), relative, &ShearedRay { shear, forward, t_min, t_max })
+        let [_, _, inverse_forward] = last_axis::<T>(inverse, on_y, on_z);
+        triangle(token, token.mask(u32::MAX), relative, &ShearedRay { shear, inverse_forward, t_min, t_max })
     }
 
     #[inline(always)]
@@ -130,8 +132,8 @@ impl Block for TriangleBlock {
                 *x = token.load(&corner[axis], i) - ray.origin[axis];
             }
         }
-        let sheared =
-            ShearedRay { shear: ray.shear, forward: ray.direction[ray.axis % 3], t_min: ray.t_min, t_max: ray.t_max };
+        let inverse_forward = ray.inverse[ray.axis % 3];
+        let sheared = ShearedRay { shear: ray.shear, inverse_forward, t_min: ray.t_min, t_max: ray.t_max };
         triangle(token, token.first(BLOCK), corners, &sheared)
     }
 }

@@ -7,11 +7,13 @@
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
-//! a coordinate of the ray's origin or of the tree. The triangle test moves a corner by at most 4 u s when it subtracts
-//! the origin and shears (one rounding for the difference, one for the shear factor's division, one for its reciprocal, one for the fused or
-//! two for the unfused product and sum: each at most u times a relative coordinate of at most 2 s). The slab test errs by
-//! three roundings, which move a plane by at most 3 u times its distance of at most 2 s. Together less than 16 u s =
-//! 2^-20 s; so every box is widened by [`PAD`] s, at no cost: the origins that are subtracted are moved instead.
+//! a coordinate of the ray's origin or of the tree, so that coordinates relative to the origin are at most 2 s, sheared
+//! ones 4 s. The triangle test moves a corner sideways when it subtracts the origin (2 us, and as much through the
+//! depth), rounds the shear factor (two roundings, 4 us), and shears (fused one rounding, 4 us; unfused two, 6 us): 14 us.
+//! It accepts weights whose point is off the ray by [`OFF`](crate::kernel::triangle::OFF) of 4 s: 64 us. Weighing, dividing and
+//! scaling the depth takes ten roundings of 2 us: 20 us. The slab test errs by three roundings, which move a plane by 6 us,
+//! and moving the origin rounds once: 7 us. Together 105 us < 2^-17 s; so every box is widened by [`PAD`] s, at no cost:
+//! the origins that are subtracted are moved instead.
 
 mod beams;
 mod packet;
@@ -25,7 +27,7 @@ use crate::bvh::{Block, Bvh, Child};
 use crate::{AnyHitPacket, Hits, RayPacket, Rays};
 
 /// Boxes are widened by this much of the greatest coordinate: see the [module](self).
-pub const PAD: f32 = 1.0 / (1 << 20) as f32;
+pub const PAD: f32 = 1.0 / (1 << 17) as f32;
 
 /// How many rays took which path: what `--stats` prints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

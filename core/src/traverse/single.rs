@@ -16,6 +16,8 @@ pub struct SingleRay<T: Token> {
     pub origin: [T::F32; 3],
     /// Direction.
     pub direction: [T::F32; 3],
+    /// See [`Rays::inverse_directions`].
+    pub inverse: [T::F32; 3],
     /// See [`Rays::shears`].
     pub shear: [T::F32; 2],
     /// The dominant axis.
@@ -61,7 +63,6 @@ struct Walk<'a, T: Token, B> {
     token: T,
     bvh: &'a Bvh<B>,
     ray: SingleRay<T>,
-    inverse: [T::F32; 3],
     /// What to subtract from the nearer and farther planes: the origin, moved outwards by the margin of rounding.
     edge: [[T::F32; 3]; 2],
     /// Rows of a node's planes that the ray meets first and last.
@@ -94,13 +95,13 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             ray: SingleRay {
                 origin: splat3(token, [origin[0][i], origin[1][i], origin[2][i]]),
                 direction: splat3(token, [direction[0][i], direction[1][i], direction[2][i]]),
+                inverse: splat3(token, [inverse[0][i], inverse[1][i], inverse[2][i]]),
                 shear: [token.splat(shear[0][i]), token.splat(shear[1][i])],
                 axis: rays.axes()[i] as usize,
                 unit: rays.properties().contains(Properties::NORMALIZED_DIRECTIONS),
                 t_min: token.splat(rays.t_min()[i]),
                 t_max: token.splat(rays.t_max[i]),
             },
-            inverse: splat3(token, [inverse[0][i], inverse[1][i], inverse[2][i]]),
             edge: [near, far],
             rows,
             t_max: rays.t_max[i],
@@ -143,8 +144,8 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             let mut near = self.ray.t_min;
             let mut far = self.ray.t_max;
             for k in 0..3 {
-                near = (to_near[k] * self.inverse[k]).max(near);
-                far = (to_far[k] * self.inverse[k]).min(far);
+                near = (to_near[k] * self.ray.inverse[k]).max(near);
+                far = (to_far[k] * self.ray.inverse[k]).min(far);
             }
             met |= near.le(far).bits() << at;
             near.store(&mut nears, at);
