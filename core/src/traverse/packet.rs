@@ -53,9 +53,10 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     };
     if single != 0 {
         rays.inverse_directions(token);
+        let mut stack = [single::Entry::NONE; STACK];
         for i in range {
             if single >> (i / group_size(N)) & 1 != 0 {
-                single::traverse(token, bvh, rays, target, roots, i);
+                single::traverse(token, bvh, rays, target, roots, &mut stack, i);
                 paths.single += 1;
             }
         }
