@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use crossbeam_utils::CachePadded;
 
 use super::sync::atomic::{AtomicUsize, Ordering};
-use super::sync::{Condvar, Mutex, MutexGuard};
+use super::sync::{Condvar, Mutex, MutexGuard, hint};
 
 /// Somebody is parked, or about to be: the thread that opens the gate must ring.
 const SLEEPERS: usize = 1;
@@ -21,6 +21,10 @@ const EPOCH: usize = 4;
 /// How long a waiter spins before it parks: about what parking and being woken costs, so that waiting is never much
 /// worse than the better of the two.
 const SPIN_TIME: Duration = Duration::from_micros(20);
+
+/// How often a spinning waiter looks at the gate before it looks at the clock. The model checker, which has no clock,
+/// lets it look once.
+const LOOKS: usize = if cfg!(loom) { 1 } else { 16 };
 
 /// The barrier was aborted because a participant failed: leave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -82,9 +86,9 @@ impl Barrier {
     /// after `cross`. Returns true in the thread that ran `serial`. A panic in `serial` aborts the barrier and goes on
     /// unwinding.
     pub fn cross(&self, serial: impl FnOnce(&mut Turn)) -> Result<bool, Aborted> {
-        // Relaxed: this thread has already seen this epoch (it left the last crossing by it), and the epoch cannot move
-        // on before this thread arrives.
-        let gate = self.gate.load(Ordering::Relaxed);
+        // Acquire: pairs with the release in `abort`, in case it is aborted. For the epoch relaxed would do: this thread has
+        // already seen it (it left the last crossing by it), and it cannot move on before this thread arrives.
+        let gate = self.gate.load(Ordering::Acquire);
         if gate & ABORTED != 0 {
             return Err(Aborted);
         }
@@ -158,14 +162,14 @@ impl Barrier {
         if self.threads.load(Ordering::Relaxed) <= self.cores {
             let start = Instant::now();
             loop {
-                for _ in 0..16 {
+                for _ in 0..LOOKS {
                     if let Some(verdict) = verdict(gate) {
                         return verdict;
                     }
-                    std::hint::spin_loop();
+                    hint::spin_loop();
                     gate = self.gate.load(Ordering::Acquire);
                 }
-                if start.elapsed() > SPIN_TIME {
+                if cfg!(loom) || start.elapsed() > SPIN_TIME {
                     break;
                 }
             }
@@ -363,8 +367,8 @@ mod models {
 
     /// Relaxed accesses see each other only through the barrier's own ordering: before it to the serial part, from there
     /// to all behind it.
-    fn cross_and_look(threads: usize, crossings: usize) {
-        let barrier = Arc::new(Barrier::with_cores(threads, 0));
+    fn cross_and_look(threads: usize, crossings: usize, cores: usize) {
+        let barrier = Arc::new(Barrier::with_cores(threads, cores));
         let work: Arc<Vec<_>> = Arc::new((0..threads).map(|_| AtomicUsize::new(0)).collect());
         let sum = Arc::new(AtomicUsize::new(0));
         let body = move |index: usize| {
@@ -392,32 +396,45 @@ mod models {
 
     #[test]
     fn two_threads_cross_three_times() {
-        model(3, || cross_and_look(2, 3));
+        model(3, || cross_and_look(2, 3, 0));
+    }
+
+    #[test]
+    fn two_threads_that_spin_cross_twice() {
+        model(3, || cross_and_look(2, 2, 2));
+    }
+
+    #[test]
+    fn three_threads_that_spin_cross_once() {
+        model(2, || cross_and_look(3, 1, 3));
     }
 
     #[test]
     fn three_threads_cross_twice() {
-        model(2, || cross_and_look(3, 2));
+        model(2, || cross_and_look(3, 2, 0));
     }
 
     #[test]
     fn an_abort_is_never_missed() {
-        model(3, || {
-            let barrier = Arc::new(Barrier::with_cores(3, 0));
-            let note = Arc::new(AtomicUsize::new(0));
-            let waiter = |barrier: Arc<Barrier>, note: Arc<AtomicUsize>| {
-                move || {
-                    assert_eq!(barrier.cross(|_| unreachable!("one thread never arrives")), Err(Aborted));
-                    note.load(Ordering::Relaxed)
-                }
-            };
-            let one = thread::spawn(waiter(barrier.clone(), note.clone()));
-            let two = thread::spawn(waiter(barrier.clone(), note.clone()));
-            note.store(7, Ordering::Relaxed);
-            barrier.abort();
-            one.join().unwrap();
-            two.join().unwrap();
-        });
+        for cores in [0, 3] {
+            model(2, move || abort_two_waiters(cores));
+        }
+    }
+
+    fn abort_two_waiters(cores: usize) {
+        let barrier = Arc::new(Barrier::with_cores(3, cores));
+        let note = Arc::new(AtomicUsize::new(0));
+        let waiter = |barrier: Arc<Barrier>, note: Arc<AtomicUsize>| {
+            move || {
+                assert_eq!(barrier.cross(|_| unreachable!("one thread never arrives")), Err(Aborted));
+                note.load(Ordering::Relaxed)
+            }
+        };
+        let one = thread::spawn(waiter(barrier.clone(), note.clone()));
+        let two = thread::spawn(waiter(barrier.clone(), note.clone()));
+        note.store(7, Ordering::Relaxed);
+        barrier.abort();
+        assert_eq!((one.join().unwrap(), two.join().unwrap()), (7, 7));
     }
 
     #[test]
