@@ -85,10 +85,10 @@ fn a_pipeline_runs_again_and_counts_on() {
 
 #[test]
 fn a_pipeline_without_stages_or_channels_ends_too() {
-    let mut pipeline = Pipeline::<u8>::new(7, Config::with_threads(2)).unwrap();
+    let mut pipeline = Pipeline::new(7, Config::with_threads(2)).unwrap();
     assert_eq!(pipeline.run(3).unwrap().frames, 3);
     assert_eq!(pipeline.into_state(), 7);
-    let mut pipeline = Pipeline::<u8>::new(7, Config::with_threads(2)).unwrap();
+    let mut pipeline = Pipeline::new(7, Config::with_threads(2)).unwrap();
     let times = Arc::new(AtomicUsize::new(0));
     let counted = times.clone();
     pipeline.add_stage(stage("no pictures", Balance::Dynamic, move |frame: &Frame<'_, u8>| {

@@ -49,9 +49,16 @@ pub struct Pipeline<S, B = FrameBuffer> {
     fault: Option<Fault>,
 }
 
-impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
-    /// A pipeline without channels and stages. Errors when the thread count is out of range.
+impl<S: Send + Sync + 'static> Pipeline<S> {
+    /// A pipeline without channels and stages, with [`FrameBuffer`]s. Errors when the thread count is out of range.
     pub fn new(state: S, config: Config) -> Result<Self, ThreadCountError> {
+        Self::with_buffers(state, config)
+    }
+}
+
+impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
+    /// A pipeline as [`new`](Pipeline::new) makes it, with buffers of another type.
+    pub fn with_buffers(state: S, config: Config) -> Result<Self, ThreadCountError> {
         config.check()?;
         threads::cores();
         if config.quiet_panics {
