@@ -212,16 +212,14 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     }
 
     fn note(&self, note: String) {
-        log::info!("{note}");
         let mut report = self.report.lock().unwrap_or_else(PoisonError::into_inner);
         if !report.notes.contains(&note) {
             report.notes.push(note);
         }
     }
 
-    /// Keeps the first fault.
+    /// Keeps the first fault. (It is logged when all have left: a logger may fail too.)
     fn note_fault(&self, fault: Fault) {
-        log::error!("{fault}");
         self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(fault);
     }
 
