@@ -24,8 +24,12 @@ const ABORTED: usize = 2;
 const EPOCH: usize = 4;
 
 /// How long a waiter spins before it parks: about what parking and being woken costs, so that waiting is never much
-/// worse than the better of the two.
+/// worse than the better of the two. Halved each time it was in vain, down to [`LEAST_PATIENCE`], and restored when it
+/// was not: on a machine that others keep busy, a spinning waiter only keeps the one it waits for from running.
 const SPIN_TIME: Duration = Duration::from_micros(20);
+
+/// How often the spin time may be halved.
+const LEAST_PATIENCE: usize = 5;
 
 /// How often a spinning waiter looks at the gate before it looks at the clock. The model checker, which has no clock,
 /// lets it look once.
@@ -47,8 +51,10 @@ pub struct Barrier {
     gate: CachePadded<AtomicUsize>,
     /// How many threads take part. Written only by the last arrival.
     threads: CachePadded<AtomicUsize>,
-    /// From this many threads on waiters park at once.
+    /// With more threads than this, waiters park at once.
     cores: usize,
+    /// How often the spin time has been halved. Beside the other rarely written things.
+    impatience: AtomicUsize,
     lock: Mutex<()>,
     bell: Condvar,
 }
@@ -80,6 +86,7 @@ impl Barrier {
             gate: CachePadded::new(AtomicUsize::new(0)),
             threads: CachePadded::new(AtomicUsize::new(threads)),
             cores,
+            impatience: AtomicUsize::new(0),
             lock: Mutex::new(()),
             bell: Condvar::new(),
         }
@@ -165,18 +172,25 @@ impl Barrier {
         // Acquire, here and below: pairs with the release in `open` and `abort`.
         let mut gate = self.gate.load(Ordering::Acquire);
         if self.threads.load(Ordering::Relaxed) <= self.cores {
-            let start = Instant::now();
+            // Relaxed, all of `impatience`: it is a guess.
+            let (start, impatience) = (Instant::now(), self.impatience.load(Ordering::Relaxed));
             loop {
                 for _ in 0..LOOKS {
                     if let Some(verdict) = verdict(gate) {
+                        if impatience > 0 {
+                            self.impatience.store(0, Ordering::Relaxed);
+                        }
                         return verdict;
                     }
                     hint::spin_loop();
                     gate = self.gate.load(Ordering::Acquire);
                 }
-                if cfg!(loom) || start.elapsed() > SPIN_TIME {
+                if cfg!(loom) || start.elapsed() > SPIN_TIME / (1 << impatience) {
                     break;
                 }
+            }
+            if impatience < LEAST_PATIENCE {
+                self.impatience.store(impatience + 1, Ordering::Relaxed);
             }
         }
         let mut guard = self.guard();
