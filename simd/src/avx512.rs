@@ -31,6 +31,16 @@ macro_rules! avx512 {
     };
 }
 
+/// Its argument, about which the compiler forgets what it knew, so that it blends and stores and does not make a masked
+/// store of it, from which a load that follows cannot be forwarded. No instruction.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn whole(mut x: __m512) -> __m512 {
+    // SAFETY: an empty instruction that keeps its register.
+    unsafe { core::arch::asm!("/* {0} */", inout(zmm_reg) x, options(pure, nomem, nostack, preserves_flags)) };
+    x
+}
+
 cpufeatures::new!(detected, "avx512f", "avx512bw", "avx512dq", "avx512vl");
 
 impl Avx512 {
@@ -249,13 +259,20 @@ impl F32Lanes for Avx512F32 {
     }
     #[inline(always)]
     fn store(self, dst: &mut [f32], at: usize) {
-        self.store_masked(dst, at, Avx512Mask(!0));
+        match window_mut::<f32, 16>(dst, at) {
+            // SAFETY: AVX-512 by the value; sixteen floats may be written to an array of sixteen.
+            Some(sixteen) => unsafe { _mm512_storeu_ps(sixteen.as_mut_ptr(), whole(self.0)) },
+            None => self.store_masked(dst, at, Avx512Mask(!0)),
+        }
     }
     #[inline(always)]
     fn store_masked(self, dst: &mut [f32], at: usize, mask: Avx512Mask) {
         match window_mut::<f32, 16>(dst, at) {
-            // SAFETY: AVX-512 by the value; sixteen floats may be written to an array of sixteen.
-            Some(sixteen) => unsafe { _mm512_mask_storeu_ps(sixteen.as_mut_ptr(), mask.0, self.0) },
+            // SAFETY: AVX-512 by the value; sixteen floats may be read from and written to an array of sixteen.
+            Some(sixteen) => unsafe {
+                let old = _mm512_loadu_ps(sixteen.as_ptr());
+                _mm512_storeu_ps(sixteen.as_mut_ptr(), whole(_mm512_mask_blend_ps(mask.0, old, self.0)));
+            },
             None => {
                 let mask = mask.0 & in_range(dst.len(), at);
                 // SAFETY: AVX-512 by the value; only lanes in the mask are written, and those lie within the slice.

@@ -3,7 +3,9 @@
 //! A [`Token`] proves that its instruction set is there; lane values come only from a token, so their methods are safe.
 //! Two families of numerics: *unfused* ([`Scalar`](crate::Scalar), [`Sse2`](crate::Sse2)) and *fused*
 //! ([`Fused`](crate::Fused), [`Avx2`](crate::Avx2), [`Avx512`](crate::Avx512)). Inside a family every operation gives
-//! the same bits at every level, for all inputs.
+//! the same bits at every level, for all inputs, with one exception: where arithmetic (`+ - * /`, `mul_add` and its
+//! kin, `sqrt`, `reduce_add`) gives a NaN, it gives a NaN at every level, but sign and payload of that NaN are not
+//! promised, because compilers may swap operands. What merely moves lanes keeps the bits of a NaN.
 
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
@@ -68,6 +70,8 @@ pub trait Task {
 }
 
 /// Lanes of `f32`. All arithmetic is IEEE-754 single precision, round to nearest even; no estimates.
+///
+/// Negation and [`abs`](Self::abs) change the sign bit only, of a NaN too.
 ///
 /// The NaN rule of [`min`](Self::min) and [`max`](Self::max), the only one: `a.min(b)` is `if a < b { a } else { b }`, so
 /// a NaN on either side, or two zeros, gives `b`. Comparisons with a NaN are false ([`ne`](Self::ne) is true).
@@ -137,9 +141,9 @@ pub trait I32Lanes:
     type Mask: MaskLanes;
     /// Floats of the same lanes.
     type F32: Copy;
-    /// Shift left by `n < 32` bits.
+    /// Shift left by `n` bits; zero from 32 on.
     fn shl(self, n: u32) -> Self;
-    /// Logical shift right by `n < 32` bits.
+    /// Logical shift right by `n` bits; zero from 32 on.
     fn shr(self, n: u32) -> Self;
     /// Equal.
     fn eq(self, other: Self) -> Self::Mask;

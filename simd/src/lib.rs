@@ -26,6 +26,27 @@
 //! assert_eq!(token.run(Dot(&[0.5; 64], &[2.0; 64])), 64.0);
 //! ```
 //!
+//! A token cannot be forged, nor can a lane value, which is as good as one:
+//!
+//! ```compile_fail,E0423
+//! let forged = mobula_simd::Avx512(());
+//! ```
+//! ```compile_fail,E0599
+//! let forged = mobula_simd::Avx2::default();
+//! ```
+//! ```compile_fail,E0277
+//! let forged: mobula_simd::Fused = bytemuck::Zeroable::zeroed();
+//! ```
+//! ```compile_fail,E0277
+//! let forged: <mobula_simd::Avx2 as mobula_simd::Token>::F32 = bytemuck::Zeroable::zeroed();
+//! ```
+//! ```compile_fail,E0277
+//! let forged: <mobula_simd::Avx512 as mobula_simd::Token>::Mask = bytemuck::cast(0u16);
+//! ```
+//! ```compile_fail,E0599
+//! let forged = mobula_simd::avx2::Avx2F32::default();
+//! ```
+//!
 //! # Map
 //!
 //! | module | idea |
@@ -40,7 +61,7 @@
 //! | `avx2` | `Avx2`: 8 lanes, fused; x86_64 only |
 //! | `avx512` | `Avx512`: 16 lanes, fused; x86_64 only |
 //!
-//! Without the default feature `std` the crate is `no_std`, and loses only [`AnyToken::from_env`].
+//! Without the default feature `std` the crate is `no_std`, and loses only `AnyToken::from_env`.
 #![no_std]
 #[cfg(any(feature = "std", test))]
 extern crate std;

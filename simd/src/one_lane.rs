@@ -130,8 +130,9 @@ impl<T: OneLane> F32Lanes for OneF32<T> {
     }
     #[inline(always)]
     fn store_masked(self, dst: &mut [f32], at: usize, mask: OneMask) {
-        if mask.0 {
-            self.store(dst, at);
+        // Reads what it may keep, as the other levels do: a choice is cheaper than a branch that cannot be foretold.
+        if let Some(lane) = dst.get_mut(at) {
+            *lane = if mask.0 { self.0 } else { *lane };
         }
     }
     #[inline(always)]
@@ -206,8 +207,9 @@ impl<T: OneLane> I32Lanes for OneI32<T> {
     }
     #[inline(always)]
     fn store_masked(self, dst: &mut [u32], at: usize, mask: OneMask) {
-        if mask.0 {
-            self.store(dst, at);
+        // Reads what it may keep, as the other levels do: a choice is cheaper than a branch that cannot be foretold.
+        if let Some(lane) = dst.get_mut(at) {
+            *lane = if mask.0 { self.0 as u32 } else { *lane };
         }
     }
 }

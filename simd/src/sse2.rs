@@ -120,12 +120,13 @@ impl Token for Sse2 {
     }
 }
 
-/// What there is of `src[at..at + 4]`, and then zeros.
+/// What there is of `src[at..at + 4]`, and then zeros. Lane by lane, as a copy of unknown length would be a call.
 #[inline(always)]
 fn tail<X: Copy + Default>(src: &[X], at: usize) -> [X; 4] {
     let mut four = [X::default(); 4];
-    if let Some(rest) = src.get(at..) {
-        for (lane, &x) in four.iter_mut().zip(rest) {
+    for (i, lane) in four.iter_mut().enumerate() {
+        // No slice reaches index usize::MAX: where the sum saturates there is nothing to read.
+        if let Some(&x) = src.get(at.saturating_add(i)) {
             *lane = x;
         }
     }
@@ -135,11 +136,11 @@ fn tail<X: Copy + Default>(src: &[X], at: usize) -> [X; 4] {
 /// Writes the lanes in `bits`, of those that `dst` has.
 #[inline(always)]
 fn store_tail<X: Copy>(four: [X; 4], dst: &mut [X], at: usize, bits: u32) {
-    if let Some(rest) = dst.get_mut(at..) {
-        for (i, (x, lane)) in four.into_iter().zip(rest).enumerate() {
-            if bits >> i & 1 == 1 {
-                *lane = x;
-            }
+    for (i, x) in four.into_iter().enumerate() {
+        if bits >> i & 1 == 1
+            && let Some(lane) = dst.get_mut(at.saturating_add(i))
+        {
+            *lane = x;
         }
     }
 }
