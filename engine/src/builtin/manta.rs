@@ -24,7 +24,7 @@ pub(super) fn manta(back: u32, belly: u32) -> Object {
             let column = triangle.iter().map(|i| i % COLUMNS).min().unwrap_or(0);
             let upper = column < COLUMNS / 2;
             let from_middle = (triangle[0] / COLUMNS).abs_diff(ROWS / 2);
-            let patch = (6..21).contains(&from_middle) && (13..17).contains(&column);
+            let patch = (5..30).contains(&from_middle) && (14..17).contains(&column);
             if upper && !patch { back } else { belly }
         })
         .collect();
