@@ -124,6 +124,9 @@ pub struct PngDisplay {
 }
 
 impl PngDisplay {
+    /// Its name in faults.
+    pub const NAME: &str = "PNG display";
+
     /// Writes every frame.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), only: None }
@@ -138,7 +141,7 @@ impl PngDisplay {
 
 impl Display for PngDisplay {
     fn name(&self) -> &str {
-        "PNG display"
+        Self::NAME
     }
 
     fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
