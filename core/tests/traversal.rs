@@ -45,7 +45,11 @@ fn check<const N: usize, B: Block>(bvh: &Bvh<B>, what: &str) {
         let mut random = Random(7);
         for round in 0..6 {
             let mut packet = RayPacket::<N>::default();
-            let range = if round == 0 { 0..N } else { (random.unit() * N as f32 * 0.3) as usize..N - (random.unit() * N as f32 * 0.3) as usize };
+            let range = if round == 0 {
+                0..N
+            } else {
+                (random.unit() * N as f32 * 0.3) as usize..N - (random.unit() * N as f32 * 0.3) as usize
+            };
             packet.reset(range.clone());
             for i in range.clone() {
                 let (origin, direction) = ray(&mut random, aim, i + round);
@@ -67,7 +71,8 @@ fn check<const N: usize, B: Block>(bvh: &Bvh<B>, what: &str) {
                     }
                     bvh.occlude(twin, &mut shadow);
                     for i in 0..N {
-                        let context = format!("{what} {aim:?} round {round} width {N} {twin:?} ray {i} {:?}", packet.ray(i));
+                        let context =
+                            format!("{what} {aim:?} round {round} width {N} {twin:?} ray {i} {:?}", packet.ray(i));
                         assert_eq!(tree.hits.primitive[i], all.hits.primitive[i], "{context}");
                         assert_eq!(tree.t_max[i].to_bits(), all.t_max[i].to_bits(), "{context}");
                         if range.contains(&i) {

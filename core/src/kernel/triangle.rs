@@ -29,10 +29,15 @@ pub struct ShearedRay<F> {
     pub t_max: F,
 }
 
-/// Tests the triangle `corners` (relative to the ray's origin, axes permuted like the ray's). Returns which lanes hit and
-/// their distances (meaningless in the others).
+/// Tests the triangle `corners` (relative to the ray's origin, axes permuted like the ray's) in the lanes `active`. Returns
+/// which of them hit, and their distances (meaningless in the others).
 #[inline(always)]
-pub fn triangle<T: Token>(token: T, corners: [[T::F32; 3]; 3], ray: &ShearedRay<T::F32>) -> (T::Mask, T::F32) {
+pub fn triangle<T: Token>(
+    token: T,
+    active: T::Mask,
+    corners: [[T::F32; 3]; 3],
+    ray: &ShearedRay<T::F32>,
+) -> (T::Mask, T::F32) {
     let zero = token.splat(0.0);
     let [a, b, c] = corners;
     let (ax, ay) = (ray.shear[0].neg_mul_add(a[2], a[0]), ray.shear[1].neg_mul_add(a[2], a[1]));
@@ -42,7 +47,7 @@ pub fn triangle<T: Token>(token: T, corners: [[T::F32; 3]; 3], ray: &ShearedRay<
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
-    let inside = u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero);
+    let inside = active & (u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero));
     if !inside.any() {
         return (inside, zero);
     }
@@ -52,13 +57,12 @@ pub fn triangle<T: Token>(token: T, corners: [[T::F32; 3]; 3], ray: &ShearedRay<
     let mut t = t;
     let flat = inside & det.eq(zero);
     if flat.any() {
-        let lane = |x: T::F32| {
-            let mut out = [0.0; 16];
-            x.store(&mut out, 0);
-            out
-        };
-        let plane = [lane(ax), lane(ay), lane(bx), lane(by), lane(cx), lane(cy), lane(a[2]), lane(b[2]), lane(c[2])];
-        let (exact, distance) = in_f64(flat.bits(), &plane, &lane(ray.forward), &lane(ray.t_min), &lane(ray.t_max));
+        let values = [ax, ay, bx, by, cx, cy, a[2], b[2], c[2], ray.forward, ray.t_min, ray.t_max];
+        let mut lanes = [[0.0; 16]; 12];
+        for (out, value) in lanes.iter_mut().zip(values) {
+            value.store(out, 0);
+        }
+        let (exact, distance) = in_f64(flat.bits(), &lanes);
         let exact = token.mask(exact);
         t = token.load(&distance, 0).select(exact, t);
         hit = hit.and_not(flat) | exact;
@@ -66,25 +70,20 @@ pub fn triangle<T: Token>(token: T, corners: [[T::F32; 3]; 3], ray: &ShearedRay<
     (hit, t)
 }
 
-/// The test again for the lanes `bits`, whose three edge functions are all zero in f32: the sheared corners
-/// (`plane`: ax, ay, bx, by, cx, cy, then the depths) stay as they are, products of two of them are exact in f64.
+/// The test again for the lanes `bits`, whose three edge functions are all zero in f32. The sheared corners stay as they
+/// are; products of two of them are exact in f64. `lanes`: ax, ay, bx, by, cx, cy, the depths of a, b, c, then the
+/// ray's forward, t_min and t_max.
 #[cold]
 #[inline(never)]
-fn in_f64(
-    bits: u32,
-    plane: &[[f32; 16]; 9],
-    forward: &[f32; 16],
-    t_min: &[f32; 16],
-    t_max: &[f32; 16],
-) -> (u32, [f32; 16]) {
+fn in_f64(bits: u32, lanes: &[[f32; 16]; 12]) -> (u32, [f32; 16]) {
     let mut hit = 0;
     let mut t = [0.0; 16];
     for i in (0..16).filter(|i| bits >> i & 1 != 0) {
-        let [ax, ay, bx, by, cx, cy, az, bz, cz] = core::array::from_fn(|k| f64::from(plane[k][i]));
+        let [ax, ay, bx, by, cx, cy, az, bz, cz, forward, t_min, t_max] = lanes.map(|lane| f64::from(lane[i]));
         let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        t[i] = ((u * az + v * bz + w * cz) / ((u + v + w) * f64::from(forward[i]))) as f32;
-        if inside && t[i] > t_min[i] && t[i] <= t_max[i] {
+        t[i] = ((u * az + v * bz + w * cz) / ((u + v + w) * forward)) as f32;
+        if inside && f64::from(t[i]) > t_min && f64::from(t[i]) <= t_max {
             hit |= 1 << i;
         }
     }
