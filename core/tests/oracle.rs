@@ -18,8 +18,8 @@ mod levels;
 mod common;
 
 use common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
-use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
 use glam::{DVec3, Vec3};
+use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
 use mobula_core::oracle::{self, Ray, Truth};
 use mobula_core::simd::AnyToken;
 use mobula_core::{Properties, RayPacket};

@@ -64,7 +64,7 @@ pub fn triangle<T: Token>(
     let depth = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
     let t = depth / det * ray.inverse_forward;
     let hit = inside & t.gt(ray.t_min) & t.le(ray.t_max);
-    // The weights' point, times `det`. 
+    // The weights' point, times `det`.
     let off_x = w.mul_add(cx, v.mul_add(bx, u * ax)).abs();
     let off_y = w.mul_add(cy, v.mul_add(by, u * ay)).abs();
     let off = off_x.max(off_y) * token.splat(1.0 / OFF);

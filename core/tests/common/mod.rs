@@ -50,15 +50,8 @@ pub(crate) enum Shape {
     Dust,
 }
 
-pub(crate) const SHAPES: [Shape; 7] = [
-    Shape::Scattered,
-    Shape::Snapped,
-    Shape::Needles,
-    Shape::Slivers,
-    Shape::Coplanar,
-    Shape::Nested,
-    Shape::Dust,
-];
+pub(crate) const SHAPES: [Shape; 7] =
+    [Shape::Scattered, Shape::Snapped, Shape::Needles, Shape::Slivers, Shape::Coplanar, Shape::Nested, Shape::Dust];
 
 impl Shape {
     pub(crate) fn triangles(self, count: usize, scale: f32, offset: Vec3, random: &mut Random) -> Vec<Triangle> {
