@@ -1,11 +1,13 @@
 //! Packets through the tree.
 //!
-//!     split the groups by octant; groups without one go ray by ray
-//!     for each octant: stack = [root, all its groups]
-//!         pop; skip if farther than the farthest hit
-//!         node: test eight children against the packet's beam at once
-//!               each child met: which groups' beams meet it?  push, nearest last
-//!         leaf: each primitive against each group's rays, W at a time
+//! ```text
+//! split the groups by octant; groups without one go ray by ray
+//! for each octant: stack = [root, all its groups]
+//!     pop; skip if farther than the farthest hit
+//!     node: test eight children against the packet's beam at once
+//!           each child met: which groups' beams meet it?  push, nearest last
+//!     leaf: each primitive against each group's rays, W at a time
+//! ```
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
