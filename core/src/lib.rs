@@ -22,7 +22,7 @@
 //! let mut packet = RayPacket::<64>::default();
 //! packet.reset(0..64);
 //! for i in 0..64 {
-//!     packet.set_ray(i, Vec3::ZERO, Vec3::new((i % 8) as f32 - 3.5, -5.0, (i / 8) as f32 - 3.5));
+//!     packet.set_ray(i, Vec3::ZERO, Vec3::new((i % 8) as f32 / 2.0, -5.0, (i / 8) as f32 / 2.0));
 //! }
 //! packet.set_common_origin(Vec3::new(0.0, 10.0, 0.0));
 //!
