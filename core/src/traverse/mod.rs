@@ -1,9 +1,10 @@
 //! How rays find their primitives in a [`Bvh`].
 //!
-//! Two paths. Groups of up to 16 rays whose directions have constant signs travel together as a *packet*
-//! ([`packet`]): a node's eight children are tested at once against the intervals of the packet's origins and
-//! reciprocal directions. What is left goes ray by ray ([`single`]), one ray against eight boxes and four primitives.
-//! The hits are the same bits on both.
+//! Groups of up to 16 rays travel together as a *packet* ([`packet`]) when they have something in common: rays from one
+//! origin with one dominant axis as frusta ([`frusta`]), others with constant signs as intervals ([`intervals`]). A
+//! node's eight children are tested at once against all of the packet; a child that is met, against each group. What is
+//! left goes ray by ray ([`single`]), one ray against eight boxes and four primitives. The hits are the same bits on all
+//! paths.
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
@@ -15,7 +16,9 @@
 //! and moving the origin rounds once: 7 us. Together 105 us < 2^-17 s; so every box is widened by [`PAD`] s, at no cost:
 //! the origins that are subtracted are moved instead.
 
-mod beams;
+mod cull;
+mod frusta;
+mod intervals;
 mod packet;
 mod single;
 
@@ -195,4 +198,16 @@ impl<const N: usize> Target<N> for AnyHit {
     fn set(&mut self, rays: &mut Rays<N>, i: usize, _t: f32, _id: u32) {
         rays.t_max[i] = f32::NEG_INFINITY;
     }
+}
+
+/// Rows of a node's planes that rays of an octant (bit k: axis k is negative) meet first and last.
+#[inline(always)]
+fn node_rows(octant: u8) -> [[usize; 3]; 2] {
+    let mut rows = [[0, 1, 2], [3, 4, 5]];
+    for axis in 0..3 {
+        if octant >> axis & 1 != 0 {
+            (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
+        }
+    }
+    rows
 }
