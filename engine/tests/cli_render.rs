@@ -12,8 +12,22 @@ fn a_mesh_becomes_a_picture_and_one_json_object() {
     let folder = Folder::new("render");
     folder.write("pyramid.obj", PYRAMID);
     let done = folder.run(&[
-        "render", "pyramid.obj", "-o", "out.png", "--size", "90x60", "--threads", "2", "--frames", "3", "--json",
-        "--stats", "--isa", "sse2", "--packet", "16",
+        "render",
+        "pyramid.obj",
+        "-o",
+        "out.png",
+        "--size",
+        "90x60",
+        "--threads",
+        "2",
+        "--frames",
+        "3",
+        "--json",
+        "--stats",
+        "--isa",
+        "sse2",
+        "--packet",
+        "16",
     ]);
     assert_eq!(done.code, Some(0), "{done:?}");
     assert_eq!(done.err.lines().next(), Some("mobula: sse2, packets of 16 rays, 2 threads"));
@@ -98,7 +112,10 @@ fn several_scenes_are_shown_together() {
     folder.write("pyramid.obj", PYRAMID);
     let done = folder.run(&["render", "pyramid.obj", "gen:terr20k", "-o", "out.png", "--size", "16x16"]);
     assert_eq!(done.code, Some(0), "{done:?}");
-    assert!(done.err.contains("pyramid: 6 triangles") && done.err.contains("gen:terr20k: 20,000 triangles"), "{done:?}");
+    assert!(
+        done.err.contains("pyramid: 6 triangles") && done.err.contains("gen:terr20k: 20,000 triangles"),
+        "{done:?}"
+    );
 }
 
 #[test]
@@ -107,7 +124,9 @@ fn info_tells_what_is_in_a_file() {
     folder.write("pyramid.obj", PYRAMID);
     let done = folder.run(&["info", "pyramid.obj"]);
     assert_eq!(done.code, Some(0), "{done:?}");
-    for text in ["format                OBJ", "bounds                (-2, 0, -2) to (2, 1.5, 2)", "triangles             6"] {
+    for text in
+        ["format                OBJ", "bounds                (-2, 0, -2) to (2, 1.5, 2)", "triangles             6"]
+    {
         assert!(done.out.contains(text), "{text}: {}", done.out);
     }
     let done = folder.run(&["info", "pyramid.obj", "--json"]);

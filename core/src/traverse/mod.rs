@@ -24,7 +24,7 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 pub use single::SingleRay;
 
 use crate::bvh::{Block, Bvh, Child};
-use crate::{AnyHitPacket, Hits, RayPacket, Rays};
+use crate::{AnyHitPacket, Hits, Properties, RayPacket, Rays};
 
 /// Boxes are widened by this much of the greatest coordinate: see the [module](self).
 pub const PAD: f32 = 1.0 / (1 << 17) as f32;
@@ -53,6 +53,7 @@ impl<B: Block> Bvh<B> {
     /// lower id wins, also over a hit that was there before. Enters the level once.
     pub fn intersect<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
+        packet.forget(Properties::OF_HITS);
         let (rays, hits) = packet.split();
         token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::tree(self) })
     }
@@ -60,6 +61,7 @@ impl<B: Block> Bvh<B> {
     /// As [`intersect`](Self::intersect), testing every primitive against every ray: what traversal is checked against.
     pub fn intersect_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
+        packet.forget(Properties::OF_HITS);
         let (rays, hits) = packet.split();
         token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::all(self) })
     }

@@ -100,12 +100,9 @@ fn progress(pipeline: &mut Pipeline<State>, frames: u64) -> ProgressBar {
 fn print_statistics(report: &Report, rays: &RayCounts) {
     let per_second = |count: u64| count as f64 / report.seconds.max(1e-9) * 1e-6;
     eprintln!("  rays{:>30}{:>16}", "count", "million/s");
-    for (name, count) in [
-        ("primary", rays.primary),
-        ("shadow", rays.shadow),
-        ("secondary", rays.secondary),
-        ("all", rays.total()),
-    ] {
+    for (name, count) in
+        [("primary", rays.primary), ("shadow", rays.shadow), ("secondary", rays.secondary), ("all", rays.total())]
+    {
         eprintln!("    {name:<16}{:>14}{:>16.2}", grouped(count), per_second(count));
     }
     eprintln!("  paths through acceleration structures");
