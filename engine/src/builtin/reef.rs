@@ -35,12 +35,12 @@ fn height(x: f32, z: f32) -> f32 {
 
 /// The disc of sand and its rim of rock.
 pub(super) fn ground(sand: u32, rock: u32) -> Object {
-    let top = sheet(208, 64, true, |u, v| {
+    let top = sheet(192, 56, true, |u, v| {
         let (angle, r) = (u * 2.0 * PI, RADIUS * (1.0 - v));
         let (x, z) = (r * cosf(angle), -r * sinf(angle));
         Vec3::new(x, height(x, z), z)
     });
-    let rim = sheet(208, 4, true, |u, v| {
+    let rim = sheet(192, 4, true, |u, v| {
         let angle = u * 2.0 * PI;
         let r = RADIUS * (1.0 - 0.06 * v * v);
         Vec3::new(r * cosf(angle), -0.34 * v, -r * sinf(angle))
