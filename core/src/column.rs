@@ -30,5 +30,12 @@ impl<T, const N: usize> DerefMut for Column<T, N> {
     }
 }
 
+impl<T, const N: usize> AsRef<[T]> for Column<T, N> {
+    #[inline(always)]
+    fn as_ref(&self) -> &[T] {
+        &self.0
+    }
+}
+
 /// Three columns: x, y and z of a vector of every ray.
 pub type Columns3<const N: usize> = [Column<f32, N>; 3];

@@ -57,9 +57,8 @@ impl Bounds {
 
     /// Are all six coordinates finite, and is it not empty?
     pub fn is_finite(&self) -> bool {
-        (0..3).all(|axis| {
-            self.low[axis].is_finite() && self.high[axis].is_finite() && self.low[axis] <= self.high[axis]
-        })
+        (0..3)
+            .all(|axis| self.low[axis].is_finite() && self.high[axis].is_finite() && self.low[axis] <= self.high[axis])
     }
 
     /// The greatest absolute coordinate; 0 when empty.

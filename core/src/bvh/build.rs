@@ -46,8 +46,11 @@ impl Reference {
 const BINS: usize = 16;
 /// Ranges below this are built without asking [`Join`].
 const GRAIN: usize = 4096;
-/// Past this depth ranges are halved by count, so that no input makes the tree deep.
-const DEPTH: usize = 40;
+/// From this depth on ranges are halved by count: a node then has eight children of equal size, and 10 more levels hold
+/// 2^30 primitives. So no input makes a tree deeper than `DEPTH + 10`.
+const DEPTH: usize = 16;
+/// Entries that a walk's stack needs: seven siblings a level wait while the eighth is walked.
+pub(crate) const STACK: usize = 7 * (DEPTH + 10) + 8;
 
 /// A subtree: children are relative to its own nodes and blocks.
 struct Tree<B> {
@@ -226,8 +229,7 @@ impl<J: Join, B: Block, F: Fn(&[u32]) -> B + Sync> Builder<'_, J, F> {
             return ranges.into_iter().map(alone).collect();
         }
         let right = ranges.split_off(ranges.len() / 2);
-        let (mut left, right) =
-            self.join.join(|| self.separately(ranges, depth), || self.separately(right, depth));
+        let (mut left, right) = self.join.join(|| self.separately(ranges, depth), || self.separately(right, depth));
         left.extend(right);
         left
     }
@@ -255,8 +257,7 @@ impl<B: Block> Bvh<B> {
         bounds: impl Fn(usize) -> Option<Bounds>,
         block: impl Fn(&[u32]) -> B + Sync,
     ) -> Self {
-        let mut references: Vec<_> =
-            (0..count).filter_map(|i| Some(Reference::new(bounds(i)?, i as u32))).collect();
+        let mut references: Vec<_> = (0..count).filter_map(|i| Some(Reference::new(bounds(i)?, i as u32))).collect();
         let primitives = references.len();
         let range = Range::new(&mut references);
         let bounds = range.bounds;

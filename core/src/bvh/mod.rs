@@ -14,6 +14,7 @@ use alloc::vec::Vec;
 
 pub use block::Block;
 pub use bounds::Bounds;
+pub(crate) use build::STACK;
 pub use build::{Join, Serial};
 pub use node::{Child, Node};
 pub use sphere_block::SphereBlock;

@@ -5,8 +5,7 @@ use mobula_simd::Token;
 use super::block::{BLOCK, Block};
 use super::{Bounds, Bvh, Join};
 use crate::kernel::sphere::sphere;
-use crate::kernel::sub;
-use crate::rays::load3;
+use crate::kernel::{load3, splat3, sub};
 use crate::traverse::SingleRay;
 use crate::{NO_HIT, Properties, Rays};
 
@@ -31,11 +30,8 @@ impl Bvh<SphereBlock> {
             (r > 0.0 && low.iter().chain(&high).all(|x| x.is_finite())).then_some(bounds)
         };
         Self::build(count, join, bounds, |indices| {
-            let mut block = SphereBlock {
-                center: [[f32::NAN; BLOCK]; 3],
-                radius: [f32::NAN; BLOCK],
-                ids: [NO_HIT; BLOCK],
-            };
+            let mut block =
+                SphereBlock { center: [[f32::NAN; BLOCK]; 3], radius: [f32::NAN; BLOCK], ids: [NO_HIT; BLOCK] };
             for (place, &index) in indices.iter().enumerate() {
                 let [x, y, z, r] = sphere(index as usize);
                 (block.center[0][place], block.center[1][place], block.center[2][place]) = (x, y, z);
@@ -47,70 +43,65 @@ impl Bvh<SphereBlock> {
     }
 }
 
-/// A sphere for a packet: the vector from its centre to the common origin (hoisted), or its centre.
-#[derive(Clone, Copy, Debug)]
-pub struct Prepared<F> {
-    center: [F; 3],
-    radius2: F,
-}
-
 impl Block for SphereBlock {
-    type Prepared<T: Token> = Prepared<T::F32>;
+    /// Vectors from the centres to the common origin, or the centres.
+    type Prepared = ([[f32; BLOCK]; 3], [f32; BLOCK]);
+    const SHEARS: bool = false;
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {
         &self.ids
     }
 
-    fn can_hoist<const N: usize>(rays: &Rays<N>) -> bool {
-        rays.properties().contains(Properties::COMMON_ORIGIN)
+    #[inline(always)]
+    fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared {
+        let mut center = self.center;
+        let mut radius2 = self.radius;
+        for radius in &mut radius2 {
+            *radius *= *radius;
+        }
+        if COMMON_ORIGIN {
+            let first = rays.range().start;
+            for (row, origin) in center.iter_mut().zip(rays.origins()) {
+                for x in row {
+                    *x = origin[first] - *x;
+                }
+            }
+        }
+        (center, radius2)
     }
 
     #[inline(always)]
-    fn derive<T: Token, const N: usize>(_token: T, _rays: &mut Rays<N>) {}
-
-    #[inline(always)]
-    fn prepare<T: Token, const N: usize, const HOISTED: bool>(
-        &self,
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
         token: T,
+        (center, radius2): &Self::Prepared,
         i: usize,
-        rays: &Rays<N>,
-    ) -> Prepared<T::F32> {
-        let first = rays.range().start;
-        let center = core::array::from_fn(|k| {
-            let x = self.center[k][i];
-            token.splat(if HOISTED { rays.origins()[k][first] - x } else { x })
-        });
-        Prepared { center, radius2: token.splat(self.radius[i] * self.radius[i]) }
-    }
-
-    #[inline(always)]
-    fn test<T: Token, const N: usize, const HOISTED: bool>(
-        token: T,
-        prepared: &Prepared<T::F32>,
+        _axis: usize,
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let direction = load3(token, rays.directions(), at);
-        let center =
-            if HOISTED { prepared.center } else { sub(load3(token, rays.origins(), at), prepared.center) };
+        let center = splat3(token, [center[0][i], center[1][i], center[2][i]]);
+        let center = if COMMON_ORIGIN { center } else { sub(load3(token, rays.origins(), at), center) };
+        let radius2 = token.splat(radius2[i]);
+        let all = token.mask(u32::MAX);
         if rays.properties().contains(Properties::NORMALIZED_DIRECTIONS) {
-            sphere::<T, true>(token, center, prepared.radius2, direction, t_min, t_max)
+            sphere::<T, true>(token, all, center, radius2, direction, t_min, t_max)
         } else {
-            sphere::<T, false>(token, center, prepared.radius2, direction, t_min, t_max)
+            sphere::<T, false>(token, all, center, radius2, direction, t_min, t_max)
         }
     }
 
     #[inline(always)]
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
-        let center = core::array::from_fn(|k| ray.origin[k] - token.load(&self.center[k][..], i));
+        let center = sub(ray.origin, load3(token, &self.center, i));
         let radius = token.load(&self.radius[..], i);
         let radius2 = radius * radius;
         if ray.unit {
-            sphere::<T, true>(token, center, radius2, ray.direction, ray.t_min, ray.t_max)
+            sphere::<T, true>(token, token.first(BLOCK), center, radius2, ray.direction, ray.t_min, ray.t_max)
         } else {
-            sphere::<T, false>(token, center, radius2, ray.direction, ray.t_min, ray.t_max)
+            sphere::<T, false>(token, token.first(BLOCK), center, radius2, ray.direction, ray.t_min, ray.t_max)
         }
     }
 }

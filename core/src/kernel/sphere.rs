@@ -13,13 +13,14 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::dot;
 
-/// Tests the sphere around `-center` of the ray's origin.
+/// Tests the sphere around `-center` of the ray's origin in the lanes `active`.
 ///
 /// `center` is the vector from the sphere's centre to the ray's origin, `radius2` the squared radius. With `UNIT` the
 /// direction is taken to have length 1. Returns which lanes hit and their distances.
 #[inline(always)]
 pub fn sphere<T: Token, const UNIT: bool>(
     token: T,
+    active: T::Mask,
     center: [T::F32; 3],
     radius2: T::F32,
     direction: [T::F32; 3],
@@ -37,7 +38,7 @@ pub fn sphere<T: Token, const UNIT: bool>(
         middle.neg_mul_add(direction[2], center[2]),
     ];
     let room = radius2 - dot(closest, closest);
-    let real = room.ge(zero);
+    let real = active & room.ge(zero);
     if !real.any() {
         return (real, zero);
     }

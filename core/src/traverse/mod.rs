@@ -1,19 +1,24 @@
 //! How rays find their primitives in a [`Bvh`].
 //!
-//! Two paths. Groups of up to 16 rays whose directions have constant signs travel together as a *packet*
-//! ([`packet`]): a node's eight children are tested at once against the intervals of the packet's origins and
-//! reciprocal directions. What is left goes ray by ray ([`single`]), one ray against eight boxes and four primitives.
-//! The hits are the same bits on both.
+//! Groups of up to 16 rays travel together as a *packet* ([`packet`]) when they have something in common: rays from one
+//! origin with one dominant axis as frusta ([`frusta`]), others with constant signs as intervals ([`intervals`]). A
+//! node's eight children are tested at once against all of the packet; a child that is met, against each group. What is
+//! left goes ray by ray ([`single`]), one ray against eight boxes and four primitives. The hits are the same bits on all
+//! paths.
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
-//! a coordinate of the ray's origin or of the tree. The triangle test moves a corner by at most 4 u s when it subtracts
-//! the origin and shears (one rounding for the difference, one for the shear factor's division, one for its reciprocal, one for the fused or
-//! two for the unfused product and sum: each at most u times a relative coordinate of at most 2 s). The slab test errs by
-//! three roundings, which move a plane by at most 3 u times its distance of at most 2 s. Together less than 16 u s =
-//! 2^-20 s; so every box is widened by [`PAD`] s, at no cost: the origins that are subtracted are moved instead.
+//! a coordinate of the ray's origin or of the tree, so that coordinates relative to the origin are at most 2 s, sheared
+//! ones 4 s. The triangle test moves a corner sideways when it subtracts the origin (2 us, and as much through the
+//! depth), rounds the shear factor (two roundings, 4 us), and shears (fused one rounding, 4 us; unfused two, 6 us): 14 us.
+//! It accepts weights whose point is off the ray by [`OFF`](crate::kernel::triangle::OFF) of 4 s: 64 us. Weighing, dividing and
+//! scaling the depth takes ten roundings of 2 us: 20 us. The slab test errs by three roundings, which move a plane by 6 us,
+//! and moving the origin rounds once: 7 us. Together 105 us < 2^-17 s; so every box is widened by [`PAD`] s, at no cost:
+//! the origins that are subtracted are moved instead.
 
-mod beams;
+mod cull;
+mod frusta;
+mod intervals;
 mod packet;
 mod single;
 
@@ -21,11 +26,11 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 
 pub use single::SingleRay;
 
-use crate::bvh::{Block, Bvh};
+use crate::bvh::{Block, Bvh, Child};
 use crate::{AnyHitPacket, Hits, RayPacket, Rays};
 
 /// Boxes are widened by this much of the greatest coordinate: see the [module](self).
-pub const PAD: f32 = 1.0 / (1 << 20) as f32;
+pub const PAD: f32 = 1.0 / (1 << 17) as f32;
 
 /// How many rays took which path: what `--stats` prints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,26 +57,55 @@ impl<B: Block> Bvh<B> {
     pub fn intersect<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
         let (rays, hits) = packet.split();
-        token.run(Traverse { bvh: self, rays, target: hits, all: false })
+        token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::tree(self) })
     }
 
     /// As [`intersect`](Self::intersect), testing every primitive against every ray: what traversal is checked against.
     pub fn intersect_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
         let (rays, hits) = packet.split();
-        token.run(Traverse { bvh: self, rays, target: hits, all: true })
+        token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::all(self) })
     }
 
     /// Sets `t_max` of each active ray that hits anything to `-inf`. Enters the level once.
     pub fn occlude<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
         packet.check();
-        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, all: false })
+        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, roots: Roots::tree(self) })
     }
 
     /// As [`occlude`](Self::occlude), testing every primitive against every ray.
     pub fn occlude_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
         packet.check();
-        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, all: true })
+        token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, roots: Roots::all(self) })
+    }
+}
+
+/// Where walks start: at the tree's root, or at every block, as if there were no tree.
+#[derive(Clone, Copy, Debug)]
+struct Roots {
+    root: Option<Child>,
+    next: usize,
+    end: usize,
+}
+
+impl Roots {
+    fn tree<B: Block>(bvh: &Bvh<B>) -> Self {
+        Self { root: Some(bvh.root), next: 0, end: 1 }
+    }
+
+    fn all<B: Block>(bvh: &Bvh<B>) -> Self {
+        Self { root: None, next: 0, end: bvh.blocks.len() }
+    }
+}
+
+impl Iterator for Roots {
+    type Item = Child;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Child> {
+        let here = self.next;
+        self.next += 1;
+        (here < self.end).then(|| self.root.unwrap_or(Child::leaf(here, 1)))
     }
 }
 
@@ -79,8 +113,7 @@ struct Traverse<'a, const N: usize, B, H> {
     bvh: &'a Bvh<B>,
     rays: &'a mut Rays<N>,
     target: &'a mut H,
-    /// Without the tree?
-    all: bool,
+    roots: Roots,
 }
 
 impl<const N: usize, B: Block, H: Target<N>> Task for Traverse<'_, N, B, H> {
@@ -88,7 +121,7 @@ impl<const N: usize, B: Block, H: Target<N>> Task for Traverse<'_, N, B, H> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Paths {
-        packet::traverse(token, self.bvh, self.rays, self.target, self.all)
+        packet::traverse(token, self.bvh, self.rays, self.target, self.roots)
     }
 }
 
@@ -98,15 +131,7 @@ pub(crate) trait Target<const N: usize> {
     const ANY: bool;
 
     /// Takes the lanes `hit` of the rays from `at`; says whether anything changed.
-    fn record<T: Token>(
-        &mut self,
-        token: T,
-        rays: &mut Rays<N>,
-        at: usize,
-        hit: T::Mask,
-        t: T::F32,
-        id: u32,
-    ) -> bool;
+    fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool;
 
     /// The id of ray `i`'s hit so far.
     fn id(&self, i: usize) -> u32;
@@ -119,15 +144,7 @@ impl<const N: usize> Target<N> for Hits<N> {
     const ANY: bool = false;
 
     #[inline(always)]
-    fn record<T: Token>(
-        &mut self,
-        token: T,
-        rays: &mut Rays<N>,
-        at: usize,
-        hit: T::Mask,
-        t: T::F32,
-        id: u32,
-    ) -> bool {
+    fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool {
         let id = token.splat_i32(id as i32);
         let nearest = token.load(&rays.t_max[..], at);
         let lower = id.lt_unsigned(token.load_u32(&self.primitive[..], at));
@@ -179,4 +196,16 @@ impl<const N: usize> Target<N> for AnyHit {
     fn set(&mut self, rays: &mut Rays<N>, i: usize, _t: f32, _id: u32) {
         rays.t_max[i] = f32::NEG_INFINITY;
     }
+}
+
+/// Rows of a node's planes that rays of an octant (bit k: axis k is negative) meet first and last.
+#[inline(always)]
+fn node_rows(octant: u8) -> [[usize; 3]; 2] {
+    let mut rows = [[0, 1, 2], [3, 4, 5]];
+    for axis in 0..3 {
+        if octant >> axis & 1 != 0 {
+            (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
+        }
+    }
+    rows
 }

@@ -2,9 +2,10 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::{PAD, Target};
+use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
-use crate::bvh::{Block, Bvh, Child, Node};
+use crate::bvh::{Block, Bvh, Child, Node, STACK};
+use crate::kernel::{splat3, sub};
 use crate::{Properties, Rays};
 
 /// A ray in every lane, as primitive kernels want it.
@@ -14,6 +15,8 @@ pub struct SingleRay<T: Token> {
     pub origin: [T::F32; 3],
     /// Direction.
     pub direction: [T::F32; 3],
+    /// See [`Rays::inverse_directions`].
+    pub inverse: [T::F32; 3],
     /// See [`Rays::shears`].
     pub shear: [T::F32; 2],
     /// The dominant axis.
@@ -26,38 +29,42 @@ pub struct SingleRay<T: Token> {
     pub t_max: T::F32,
 }
 
+/// A subtree that waits, and where the ray enters it.
 #[derive(Clone, Copy)]
-struct Entry {
+pub(super) struct Entry {
     child: Child,
     near: f32,
 }
 
-const STACK: usize = 64;
+impl Entry {
+    /// Nothing.
+    pub(super) const NONE: Self = Self { child: Child::EMPTY, near: 0.0 };
+}
 
-/// Traces the rays of `range` one after the other; returns how many.
+/// Traces ray `i`. The stack is the caller's, so that it is cleared once for many rays.
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     token: T,
     bvh: &Bvh<B>,
     rays: &mut Rays<N>,
     target: &mut H,
-    range: core::ops::Range<usize>,
-) -> u64 {
-    for i in range.clone() {
-        let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
-        walk.from::<N, H>(bvh.root);
-        if let Some((t, id)) = walk.found {
-            target.set(rays, i, t, id);
-        }
+    roots: Roots,
+    stack: &mut [Entry; STACK],
+    i: usize,
+) {
+    let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
+    for root in roots {
+        walk.from::<N, H>(root, stack);
     }
-    range.len() as u64
+    if let Some((t, id)) = walk.found {
+        target.set(rays, i, t, id);
+    }
 }
 
 struct Walk<'a, T: Token, B> {
     token: T,
     bvh: &'a Bvh<B>,
     ray: SingleRay<T>,
-    inverse: [T::F32; 3],
     /// What to subtract from the nearer and farther planes: the origin, moved outwards by the margin of rounding.
     edge: [[T::F32; 3]; 2],
     /// Rows of a node's planes that the ray meets first and last.
@@ -75,29 +82,28 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         let inverse = rays.inverse_columns();
         let largest = (0..3).fold(bvh.scale, |s, k| if origin[k][i].abs() > s { origin[k][i].abs() } else { s });
         let margin = largest * PAD;
-        let negative = [0, 1, 2].map(|k: usize| inverse[k][i] < 0.0);
         let [mut near, mut far] = [[token.splat(0.0); 3]; 2];
         let mut rows = [[0; 3]; 2];
         for k in 0..3 {
             let (low, high) = (origin[k][i] - margin, origin[k][i] + margin);
-            near[k] = token.splat(if negative[k] { low } else { high });
-            far[k] = token.splat(if negative[k] { high } else { low });
-            rows[0][k] = if negative[k] { k + 3 } else { k };
-            rows[1][k] = if negative[k] { k } else { k + 3 };
+            let negative = inverse[k][i] < 0.0;
+            near[k] = token.splat(if negative { low } else { high });
+            far[k] = token.splat(if negative { high } else { low });
+            (rows[0][k], rows[1][k]) = if negative { (k + 3, k) } else { (k, k + 3) };
         }
         Self {
             token,
             bvh,
             ray: SingleRay {
-                origin: [0, 1, 2].map(|k: usize| token.splat(origin[k][i])),
-                direction: [0, 1, 2].map(|k: usize| token.splat(direction[k][i])),
+                origin: splat3(token, [origin[0][i], origin[1][i], origin[2][i]]),
+                direction: splat3(token, [direction[0][i], direction[1][i], direction[2][i]]),
+                inverse: splat3(token, [inverse[0][i], inverse[1][i], inverse[2][i]]),
                 shear: [token.splat(shear[0][i]), token.splat(shear[1][i])],
                 axis: rays.axes()[i] as usize,
                 unit: rays.properties().contains(Properties::NORMALIZED_DIRECTIONS),
                 t_min: token.splat(rays.t_min()[i]),
                 t_max: token.splat(rays.t_max[i]),
             },
-            inverse: [0, 1, 2].map(|k: usize| token.splat(inverse[k][i])),
             edge: [near, far],
             rows,
             t_max: rays.t_max[i],
@@ -107,8 +113,8 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
     }
 
     #[inline(always)]
-    fn from<const N: usize, H: Target<N>>(&mut self, root: Child) {
-        let mut stack = [Entry { child: root, near: f32::NEG_INFINITY }; STACK];
+    fn from<const N: usize, H: Target<N>>(&mut self, root: Child, stack: &mut [Entry; STACK]) {
+        stack[0] = Entry { child: root, near: f32::NEG_INFINITY };
         let mut top = 1;
         while top > 0 {
             top -= 1;
@@ -122,11 +128,7 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
                     return;
                 }
             } else if let Some(node) = self.bvh.nodes.get(entry.child.index()) {
-                if top + 8 > STACK {
-                    self.deeper::<N, H>(node);
-                } else {
-                    self.node(node, &mut stack, &mut top);
-                }
+                self.node(node, stack, &mut top);
             }
         }
     }
@@ -139,14 +141,13 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         let mut nears = [0.0f32; 8];
         let mut at = 0;
         while at < 8 {
-            let plane = |row: usize| token.load(&node.planes[row % 6], at);
-            let to_near = [0, 1, 2].map(|k: usize| plane(self.rows[0][k]) - self.edge[0][k]);
-            let to_far = [0, 1, 2].map(|k: usize| plane(self.rows[1][k]) - self.edge[1][k]);
+            let to_near = sub(node.rows(token, self.rows[0], at), self.edge[0]);
+            let to_far = sub(node.rows(token, self.rows[1], at), self.edge[1]);
             let mut near = self.ray.t_min;
             let mut far = self.ray.t_max;
             for k in 0..3 {
-                near = (to_near[k] * self.inverse[k]).max(near);
-                far = (to_far[k] * self.inverse[k]).min(far);
+                near = (to_near[k] * self.ray.inverse[k]).max(near);
+                far = (to_far[k] * self.ray.inverse[k]).min(far);
             }
             met |= near.le(far).bits() << at;
             near.store(&mut nears, at);
@@ -165,29 +166,6 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             stack[place] = Entry { child: node.child[slot], near };
             *top += 1;
         }
-    }
-
-    /// All below `node`, on a stack of its own.
-    #[inline(never)]
-    #[cold]
-    fn deeper<const N: usize, H: Target<N>>(&mut self, node: &Node) {
-        struct Deeper<'a, 'b, T: Token, B, H, const N: usize> {
-            walk: &'a mut Walk<'b, T, B>,
-            node: &'a Node,
-            target: core::marker::PhantomData<H>,
-        }
-        impl<T: Token, B: Block, H: Target<N>, const N: usize> mobula_simd::Task for Deeper<'_, '_, T, B, H, N> {
-            type Output = ();
-            #[inline(always)]
-            fn run<U: Token>(self, _token: U) {
-                for child in self.node.child {
-                    if !(H::ANY && self.walk.found.is_some()) {
-                        self.walk.from::<N, H>(child);
-                    }
-                }
-            }
-        }
-        self.token.run(Deeper::<T, B, H, N> { walk: self, node, target: core::marker::PhantomData });
     }
 
     #[inline(always)]

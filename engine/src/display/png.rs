@@ -120,6 +120,9 @@ pub struct PngDisplay {
 }
 
 impl PngDisplay {
+    /// Its name in faults.
+    pub const NAME: &str = "PNG display";
+
     /// Writes every frame.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), only: None }
@@ -134,7 +137,7 @@ impl PngDisplay {
 
 impl Display for PngDisplay {
     fn name(&self) -> &str {
-        "PNG display"
+        Self::NAME
     }
 
     fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
