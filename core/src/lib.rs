@@ -7,6 +7,7 @@ pub mod any_hit;
 pub mod bvh;
 pub mod column;
 pub mod kernel;
+pub mod oracle;
 pub mod packet;
 pub mod properties;
 pub mod rays;

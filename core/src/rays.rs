@@ -8,8 +8,9 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 use crate::kernel::load3;
 use crate::{Column, Columns3, Properties};
 
-/// 2^-60: see [`Rays::inverse_directions`].
-pub(crate) const LEAST_DIRECTION: f32 = 1.0 / (1u64 << 60) as f32;
+/// 2^-40 and 2^-120: see [`Rays::inverse_directions`].
+const LEAST_SHARE: f32 = 1.0 / (1u64 << 40) as f32;
+const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 120) as f32;
 
 /// Up to `N` rays as a structure of arrays. A ray is the half-open interval `(t_min, t_max]` of `origin + t * direction`;
 /// traversal lowers `t_max` to what it finds. Rays outside [`range`](Self::range) are neither read nor written.
@@ -189,19 +190,22 @@ impl<const N: usize> Rays<N> {
         self.properties |= Properties::NORMALIZED_DIRECTIONS;
     }
 
-    /// `1 / direction`, computed when first asked for, together with the sign properties. Sizes below 2^-60 count as
-    /// 2^-60, so that every reciprocal is finite (a slab test without NaN); the sign is kept, that of a zero too.
+    /// `1 / direction`, computed when first asked for, together with the sign properties. Sizes below 2^-40 of the ray's
+    /// greatest (a ray that crosses the scene strays by less than rounding) or below 2^-120 count as that, so that every
+    /// reciprocal is finite (a slab test without NaN); the sign is kept, that of a zero too.
     #[inline(always)]
     pub fn inverse_directions<T: Token>(&mut self, token: T) -> &Columns3<N> {
         if !self.properties.contains(Properties::HAVE_INVERSE_DIRECTIONS) {
-            let (one, least) = (token.splat(1.0), token.splat(LEAST_DIRECTION));
+            let one = token.splat(1.0);
             let mut negative = [false; 3];
             let mut positive = [false; 3];
             let mut at = 0;
             while at < N {
                 let active = self.active(token, at);
-                for axis in 0..3 {
-                    let d = token.load(&self.direction[axis][..], at);
+                let directions = load3(token, &self.direction, at);
+                let greatest = directions[0].abs().max(directions[1].abs()).max(directions[2].abs());
+                let least = (greatest * token.splat(LEAST_SHARE)).max(token.splat(LEAST_DIRECTION));
+                for (axis, d) in directions.into_iter().enumerate() {
                     let size = one / d.abs().max(least);
                     let minus = I32Lanes::lt(d.to_bits(), token.splat_i32(0));
                     let inverse = (-size).select(minus, size);

@@ -86,7 +86,9 @@ impl Block for TriangleBlock {
     ) -> (T::Mask, T::F32) {
         let shear = rays.shear_columns();
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
+        let inverse_forward = token.load(&shear[2][..], at);
         let shear = [token.load(&shear[0][..], at), token.load(&shear[1][..], at)];
+        let ray = ShearedRay { shear, inverse_forward, t_min, t_max };
         let [a, b, c] = prepared;
         if COMMON_ORIGIN {
             let [x, y, z] = AXES[axis % 3];
@@ -95,14 +97,12 @@ impl Block for TriangleBlock {
                 splat3(token, [b[x][i], b[y][i], b[z][i]]),
                 splat3(token, [c[x][i], c[y][i], c[z][i]]),
             ];
-            let forward = token.load(&rays.directions()[z][..], at);
-            return triangle(token, token.mask(u32::MAX), corners, &ShearedRay { shear, forward, t_min, t_max });
+            return triangle(token, token.mask(u32::MAX), corners, &ray);
         }
         let a = splat3(token, [a[0][i], a[1][i], a[2][i]]);
         let b = splat3(token, [b[0][i], b[1][i], b[2][i]]);
         let c = splat3(token, [c[0][i], c[1][i], c[2][i]]);
         let origin = load3(token, rays.origins(), at);
-        let direction = load3(token, rays.directions(), at);
         let axes = token.load_u32(&rays.axes()[..], at);
         let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
         let relative = [
@@ -110,8 +110,7 @@ impl Block for TriangleBlock {
             last_axis::<T>(sub(b, origin), on_y, on_z),
             last_axis::<T>(sub(c, origin), on_y, on_z),
         ];
-        let [_, _, forward] = last_axis::<T>(direction, on_y, on_z);
-        triangle(token, token.mask(u32::MAX), relative, &ShearedRay { shear, forward, t_min, t_max })
+        triangle(token, token.mask(u32::MAX), relative, &ray)
     }
 
     #[inline(always)]
@@ -123,8 +122,12 @@ impl Block for TriangleBlock {
                 *x = token.load(&corner[axis], i) - ray.origin[axis];
             }
         }
-        let sheared =
-            ShearedRay { shear: ray.shear, forward: ray.direction[ray.axis % 3], t_min: ray.t_min, t_max: ray.t_max };
+        let sheared = ShearedRay {
+            shear: ray.shear,
+            inverse_forward: ray.inverse[ray.axis % 3],
+            t_min: ray.t_min,
+            t_max: ray.t_max,
+        };
         triangle(token, token.first(BLOCK), corners, &sheared)
     }
 }

@@ -8,14 +8,13 @@
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
-//! a coordinate of the rays' origins or of the tree, so that relative coordinates are at most 2 s.
-//! - The triangle test moves a corner across the ray by at most 4 u s (rounding the difference to the origin, and the
-//!   product and sum of the shear), takes a shear factor that is off by 2 u (at most 4 u s), and returns a distance whose depth is off
-//!   by at most 7 u of the greatest depth (14 u s).
-//! - A slab or plane test rounds a difference, a reciprocal and a product: at most 6 u s.
-//!
-//! Together 28 u s, less than 32 u s = 2^-19 s: by so much ([`PAD`]) every box is widened, at no cost, since the origins
-//! that are subtracted are moved instead.
+//! a coordinate of the ray's origin or of the tree, so that coordinates relative to the origin are at most 2 s, sheared
+//! ones 4 s. The triangle test moves a corner sideways when it subtracts the origin (2 us, and as much through the
+//! depth), rounds the shear factor (two roundings, 4 us), and shears (fused one rounding, 4 us; unfused two, 6 us): 14 us.
+//! It accepts weights whose point is off the ray by [`OFF`](crate::kernel::triangle::OFF) of 4 s: 64 us. Weighing, dividing and
+//! scaling the depth takes ten roundings of 2 us: 20 us. The slab test errs by three roundings, which move a plane by 6 us,
+//! and moving the origin rounds once: 7 us. Together 105 us < 2^-17 s; so every box is widened by [`PAD`] s, at no cost:
+//! the origins that are subtracted are moved instead.
 
 mod cull;
 mod frusta;
@@ -31,7 +30,7 @@ use crate::bvh::{Block, Bvh, Child};
 use crate::{AnyHitPacket, Hits, RayPacket, Rays};
 
 /// Boxes are widened by this much of the greatest coordinate: see the [module](self).
-pub const PAD: f32 = 1.0 / (1 << 19) as f32;
+pub const PAD: f32 = 1.0 / (1 << 17) as f32;
 
 /// How many rays took which path: what `--stats` prints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,11 +1,13 @@
 //! Packets through the tree.
 //!
-//!     groups with nothing in common go ray by ray
-//!     for each class of the others: stack = [root, all groups of the class]
-//!         pop; skip if farther than the farthest hit
-//!         node: test eight children against the whole packet at once
-//!               each child met: which groups meet it?  push, nearest last
-//!         leaf: each primitive against each group's rays, W at a time
+//! ```text
+//! groups with nothing in common go ray by ray
+//! for each class of the others: stack = [root, all groups of the class]
+//!     pop; skip if farther than the farthest hit
+//!     node: test eight children against the whole packet at once
+//!           each child met: which groups meet it?  push, nearest last
+//!     leaf: each primitive against each group's rays, W at a time
+//! ```
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
@@ -53,9 +55,10 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     };
     if single != 0 {
         rays.inverse_directions(token);
+        let mut stack = [single::Entry::NONE; STACK];
         for i in range {
             if single >> (i / group_size(N)) & 1 != 0 {
-                single::traverse(token, bvh, rays, target, roots, i);
+                single::traverse(token, bvh, rays, target, roots, &mut stack, i);
                 paths.single += 1;
             }
         }
