@@ -394,7 +394,7 @@ mod tests {
         assert_eq!(checksum(words), CSAFE);
     }
     const TERRAIN: u64 = 15895042504192675261;
-    const ATRIUM: u64 = 0;
+    const ATRIUM: u64 = 12520199581463632775;
     const CSAFE: u64 = 14705843901391922337;
 
     #[test]
