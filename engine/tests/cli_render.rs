@@ -84,7 +84,11 @@ fn without_arguments_and_display_there_is_a_picture() {
     let folder = Folder::new("default");
     let done = folder.run(&["--size", "40x30"]);
     assert_eq!(done.code, Some(0), "{done:?}");
-    assert!(done.err.contains("wrote mobula.png (40x30)") && done.err.contains("no display"), "{}", done.err);
+    assert!(
+        done.err.contains("wrote mobula.png (40x30)") && done.err.contains("no display for a window"),
+        "{}",
+        done.err
+    );
     assert_eq!(picture(&folder.0.join("mobula.png")).0, 40);
 }
 
