@@ -121,6 +121,9 @@ impl<R: RayTest, const HIT: bool, const LANES: bool> Kernel for Find<R, HIT, LAN
             let ray = draft.rays[i].exact();
             let truths: Vec<_> = draft.primitives.iter().map(|p| R::truth(p, &ray)).collect();
             let (t, found) = (f64::from(outcome.t_max(i)), outcome.found(i));
+            if HIT == ANY && ray.t_max == f64::NEG_INFINITY {
+                continue;
+            }
             let was_hit = if HIT == ANY { t == f64::NEG_INFINITY } else { found != NO_HIT };
             judge::<R>(&truths, HIT == ANY, was_hit, found, t)
                 .map_err(|what| format!("ray {i}: {what}; {:?}, {:?}", draft.rays[i], draft.primitives))?;

@@ -109,17 +109,17 @@ impl<P: Clone, const N: usize> Work<P, N> {
         })
     }
 
-    /// All that came out.
-    pub(super) fn outcome(&self) -> Outcome {
-        let bits = |column: &Column<f32, N>| column.iter().map(|&x| canonical(x)).collect::<Vec<u32>>();
+    /// All that came out, of the first `width` rays.
+    pub(super) fn outcome(&self, width: usize) -> Outcome {
+        let bits = |column: &Column<f32, N>| column[..width].iter().map(|&x| canonical(x)).collect::<Vec<u32>>();
         let [dx, dy, dz] = self.rays.directions();
         let [ix, iy, iz] = self.rays.inverse_columns();
         let [sx, sy] = self.rays.shear_columns();
         let columns = [&self.rays.t_max, dx, dy, dz, ix, iy, iz, sx, sy].map(bits);
         Outcome {
             columns,
-            found: self.found.to_vec(),
-            axis: self.rays.axes().to_vec(),
+            found: self.found[..width].to_vec(),
+            axis: self.rays.axes()[..width].to_vec(),
             extra: self.extra.iter().map(|&x| canonical(x)).collect(),
             properties: self.rays.properties(),
         }
