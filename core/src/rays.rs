@@ -8,8 +8,9 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 use crate::kernel::load3;
 use crate::{Column, Columns3, Properties};
 
-/// 2^-60: see [`Rays::inverse_directions`].
-pub(crate) const LEAST_DIRECTION: f32 = 1.0 / (1u64 << 60) as f32;
+/// 2^-40 and 2^-120: see [`Rays::inverse_directions`].
+const LEAST_SHARE: f32 = 1.0 / (1u64 << 40) as f32;
+const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 120) as f32;
 
 /// Up to `N` rays as a structure of arrays. A ray is the half-open interval `(t_min, t_max]` of `origin + t * direction`;
 /// traversal lowers `t_max` to what it finds. Rays outside [`range`](Self::range) are neither read nor written.
@@ -23,7 +24,7 @@ pub struct Rays<const N: usize> {
     pub t_max: Column<f32, N>,
     time: Column<f32, N>,
     inverse: Columns3<N>,
-    shear: [Column<f32, N>; 2],
+    shear: Columns3<N>,
     axis: Column<u32, N>,
     begin: usize,
     end: usize,
@@ -41,7 +42,7 @@ impl<const N: usize> Default for Rays<N> {
             t_max: zero,
             time: zero,
             inverse: [zero; 3],
-            shear: [zero; 2],
+            shear: [zero; 3],
             axis: Column::splat(0),
             begin: 0,
             end: 0,
@@ -189,19 +190,22 @@ impl<const N: usize> Rays<N> {
         self.properties |= Properties::NORMALIZED_DIRECTIONS;
     }
 
-    /// `1 / direction`, computed when first asked for, together with the sign properties. Sizes below 2^-60 count as
-    /// 2^-60, so that every reciprocal is finite (a slab test without NaN); the sign is kept, that of a zero too.
+    /// `1 / direction`, computed when first asked for, together with the sign properties. Sizes below 2^-40 of the ray's
+    /// greatest (a ray that crosses the scene strays by less than rounding) or below 2^-120 count as that, so that every
+    /// reciprocal is finite (a slab test without NaN); the sign is kept, that of a zero too.
     #[inline(always)]
     pub fn inverse_directions<T: Token>(&mut self, token: T) -> &Columns3<N> {
         if !self.properties.contains(Properties::HAVE_INVERSE_DIRECTIONS) {
-            let (one, least) = (token.splat(1.0), token.splat(LEAST_DIRECTION));
+            let one = token.splat(1.0);
             let mut negative = [false; 3];
             let mut positive = [false; 3];
             let mut at = 0;
             while at < N {
                 let active = self.active(token, at);
-                for axis in 0..3 {
-                    let d = token.load(&self.direction[axis][..], at);
+                let directions = load3(token, &self.direction, at);
+                let greatest = directions[0].abs().max(directions[1].abs()).max(directions[2].abs());
+                let least = (greatest * token.splat(LEAST_SHARE)).max(token.splat(LEAST_DIRECTION));
+                for (axis, d) in directions.into_iter().enumerate() {
                     let size = one / d.abs().max(least);
                     let minus = I32Lanes::lt(d.to_bits(), token.splat_i32(0));
                     let inverse = (-size).select(minus, size);
@@ -219,11 +223,11 @@ impl<const N: usize> Rays<N> {
         &self.inverse
     }
 
-    /// Shear factors `d[x] / d[z]`, `d[y] / d[z]` along each ray's dominant axis z, and that axis (Woop, Benthin and
+    /// Shear factors `d[x] / d[z]`, `d[y] / d[z]` and `1 / d[z]` along each ray's dominant axis z, and that axis (Woop, Benthin and
     /// Wald, "Watertight Ray/Triangle Intersection", JCGT 2013), computed when first asked for. On equal sizes the
     /// lower axis is dominant.
     #[inline(always)]
-    pub fn shears<T: Token>(&mut self, token: T) -> (&[Column<f32, N>; 2], &Column<u32, N>) {
+    pub fn shears<T: Token>(&mut self, token: T) -> (&Columns3<N>, &Column<u32, N>) {
         if !self.properties.contains(Properties::HAVE_SHEARS) {
             let mut seen = [false; 3];
             let mut at = 0;
@@ -237,6 +241,7 @@ impl<const N: usize> Rays<N> {
                 let scale = token.splat(1.0) / z;
                 (x * scale).store_masked(&mut self.shear[0][..], at, active);
                 (y * scale).store_masked(&mut self.shear[1][..], at, active);
+                scale.store_masked(&mut self.shear[2][..], at, active);
                 let axis = token.splat_i32(2);
                 let axis = I32Lanes::select(axis, on_z, token.splat_i32(0));
                 let axis = I32Lanes::select(token.splat_i32(1), on_y, axis);
@@ -256,7 +261,7 @@ impl<const N: usize> Rays<N> {
 
     /// The shear factors as they are: derived by [`shears`](Self::shears).
     #[inline(always)]
-    pub fn shear_columns(&self) -> &[Column<f32, N>; 2] {
+    pub fn shear_columns(&self) -> &Columns3<N> {
         &self.shear
     }
 

@@ -1,125 +1,176 @@
 //! The tree finds what testing everything finds, bit for bit, on every path, level and packet width.
 
-use glam::Vec3;
+mod common;
+
+use common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
 use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
+use mobula_core::glam::Vec3;
 use mobula_core::simd::AnyToken;
-use mobula_core::{AnyHitPacket, Properties, RayPacket, glam};
+use mobula_core::{AnyHitPacket, NO_HIT, Properties, RayPacket};
+use proptest::prelude::*;
 
-/// A small deterministic generator (PCG-like), so that a failure can be repeated.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
+/// Traces a packet through the tree and without it, at all levels, and panics at the first bit that differs.
+fn agree<const N: usize, B: Block>(bvh: &Bvh<B>, packet: &RayPacket<N>, context: &str) {
+    let mut shadow = AnyHitPacket::<N>::default();
+    shadow.reset(packet.range());
+    for i in packet.range() {
+        let (origin, direction) = packet.ray(i);
+        shadow.set_ray(i, origin, direction);
+        shadow.set_interval(i, packet.t_min()[i], packet.t_max[i]);
     }
-
-    fn point(&mut self, size: f32) -> Vec3 {
-        Vec3::new(self.unit() - 0.5, self.unit() - 0.5, self.unit() - 0.5) * size
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Aim {
-    Camera,
-    Parallel,
-    Random,
-    Axes,
-}
-
-fn ray(random: &mut Random, aim: Aim, i: usize) -> (Vec3, Vec3) {
-    let tile = Vec3::new((i % 8) as f32, (i / 8 % 8) as f32, 0.0);
-    match aim {
-        Aim::Camera => (Vec3::new(0.1, 0.2, 3.0), Vec3::new(-0.3, -0.35, -1.0) + tile * 0.08),
-        Aim::Parallel => (Vec3::new(-0.5, -0.5, 4.0) + tile * 0.13, Vec3::new(0.05, 0.03, -1.0)),
-        Aim::Random => (random.point(2.0), random.point(2.0)),
-        Aim::Axes => {
-            let axis = [Vec3::X, Vec3::Y, Vec3::Z][i % 3] * if random.unit() < 0.5 { -1.0 } else { 1.0 };
-            ((random.point(2.0) * 8.0).round() / 8.0, axis)
+    shadow.promise(packet.properties() & (Properties::COMMON_ORIGIN | Properties::NORMALIZED_DIRECTIONS));
+    let mut first_of_family = [None, None];
+    for token in AnyToken::available() {
+        let mut tree = packet.clone();
+        bvh.intersect(token, &mut tree);
+        let mut again = packet.clone();
+        let all = first_of_family[usize::from(token.fused())].get_or_insert_with(|| {
+            let mut all = packet.clone();
+            bvh.intersect_all(token.twin(), &mut all);
+            all
+        });
+        let mut occluded = shadow.clone();
+        bvh.occlude(token, &mut occluded);
+        // A ray that ends exactly where it hits still hits, and there.
+        for i in packet.range() {
+            again.set_interval(i, packet.t_min()[i], all.t_max[i]);
         }
-    }
-}
-
-fn check<const N: usize, B: Block>(bvh: &Bvh<B>, what: &str) {
-    for aim in [Aim::Camera, Aim::Parallel, Aim::Random, Aim::Axes] {
-        let mut random = Random(7);
-        for round in 0..6 {
-            let mut packet = RayPacket::<N>::default();
-            let range = if round == 0 {
-                0..N
+        bvh.intersect(token, &mut again);
+        for i in 0..N {
+            let context = format!("{context} width {N} {token:?} ray {i} {:?}", packet.ray(i));
+            assert_eq!(tree.hits.primitive[i], all.hits.primitive[i], "{context}");
+            assert_eq!(tree.t_max[i].to_bits(), all.t_max[i].to_bits(), "{context}");
+            if packet.range().contains(&i) {
+                assert_eq!(occluded.occluded(i), all.was_hit(i), "{context}");
+                assert_eq!(again.hits.primitive[i], all.hits.primitive[i], "{context}, ending at its hit");
             } else {
-                (random.unit() * N as f32 * 0.3) as usize..N - (random.unit() * N as f32 * 0.3) as usize
-            };
-            packet.reset(range.clone());
-            for i in range.clone() {
-                let (origin, direction) = ray(&mut random, aim, i + round);
-                packet.set_ray(i, origin, direction);
-            }
-            if matches!(aim, Aim::Camera) {
-                packet.promise(Properties::COMMON_ORIGIN);
-            }
-            for token in AnyToken::available() {
-                for twin in [token.twin(), token] {
-                    let (mut tree, mut all) = (packet.clone(), packet.clone());
-                    bvh.intersect(twin, &mut tree);
-                    bvh.intersect_all(token, &mut all);
-                    let mut shadow = AnyHitPacket::<N>::default();
-                    shadow.reset(range.clone());
-                    for i in range.clone() {
-                        let (origin, direction) = packet.ray(i);
-                        shadow.set_ray(i, origin, direction);
-                    }
-                    bvh.occlude(twin, &mut shadow);
-                    for i in 0..N {
-                        let context =
-                            format!("{what} {aim:?} round {round} width {N} {twin:?} ray {i} {:?}", packet.ray(i));
-                        assert_eq!(tree.hits.primitive[i], all.hits.primitive[i], "{context}");
-                        assert_eq!(tree.t_max[i].to_bits(), all.t_max[i].to_bits(), "{context}");
-                        if range.contains(&i) {
-                            assert_eq!(shadow.occluded(i), all.was_hit(i), "{context}");
-                        }
-                    }
-                }
+                assert_eq!(tree.hits.primitive[i], NO_HIT, "{context}: not an active ray");
             }
         }
     }
 }
 
-fn check_widths<B: Block>(bvh: &Bvh<B>, what: &str) {
-    check::<1, B>(bvh, what);
-    check::<3, B>(bvh, what);
-    check::<16, B>(bvh, what);
-    check::<64, B>(bvh, what);
-    check::<300, B>(bvh, what);
+/// Packets of `ray` over a part of their width, with what is promised of them.
+fn packet<const N: usize>(
+    random: &mut Random,
+    common_origin: bool,
+    mut ray: impl FnMut(usize, &mut Random) -> (Vec3, Vec3),
+) -> RayPacket<N> {
+    let mut packet = RayPacket::<N>::default();
+    let cut = |random: &mut Random| if random.below(2) == 0 { 0 } else { random.below(N / 3 + 1) };
+    let range = cut(random)..N - cut(random);
+    packet.reset(range.clone());
+    let normalized = random.below(2) == 0;
+    for i in range.clone() {
+        let (origin, direction) = ray(i, random);
+        packet.set_ray(i, origin, if normalized { direction.normalize_or(Vec3::X) } else { direction });
+        if random.below(4) == 0 {
+            packet.set_interval(i, random.pick(&[-1.0, 0.0, 0.5]), random.pick(&[0.7, 1.0, 3.0, f32::INFINITY]));
+        }
+    }
+    if normalized {
+        packet.promise(Properties::NORMALIZED_DIRECTIONS);
+    }
+    if common_origin {
+        packet.promise(Properties::COMMON_ORIGIN);
+    }
+    packet
+}
+
+fn all_widths<B: Block>(
+    bvh: &Bvh<B>,
+    seed: u64,
+    aim: Aim,
+    context: &str,
+    ray: &dyn Fn(usize, &mut Random) -> (Vec3, Vec3),
+) {
+    let mut random = Random(seed);
+    let common = aim.common_origin();
+    agree(bvh, &packet::<1>(&mut random, common, ray), context);
+    agree(bvh, &packet::<3>(&mut random, common, ray), context);
+    agree(bvh, &packet::<16>(&mut random, common, ray), context);
+    agree(bvh, &packet::<64>(&mut random, common, ray), context);
+    agree(bvh, &packet::<300>(&mut random, common, ray), context);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+
+    #[test]
+    fn triangles_found_through_the_tree_are_those_found_without(
+        seed in any::<u64>(),
+        shape in prop::sample::select(SHAPES.to_vec()),
+        aim in prop::sample::select(AIMS.to_vec()),
+        count in prop::sample::select(vec![1usize, 2, 4, 5, 9, 33, 150]),
+        scale in prop::sample::select(vec![1.0f32, 1.0, 1e-6, 1e6, 1e-12, 1e12]),
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::ZERO, Vec3::new(30.0, -10.0, 20.0), Vec3::splat(1e4)]),
+    ) {
+        let mut random = Random(seed);
+        let offset = offset * scale;
+        let triangles = shape.triangles(count, scale, offset, &mut random);
+        let bvh = Bvh::<TriangleBlock>::triangles(count, 0, &Serial, |i| triangles[i]);
+        let context = format!("{shape:?} {aim:?} {count}");
+        all_widths(&bvh, seed, aim, &context, &|i, random| aim.ray(i, 1, &triangles, scale, offset, random));
+    }
+
+    #[test]
+    fn spheres_found_through_the_tree_are_those_found_without(
+        seed in any::<u64>(),
+        aim in prop::sample::select(vec![Aim::Camera, Aim::Parallel, Aim::Random, Aim::Axes, Aim::AtFeatures]),
+        count in prop::sample::select(vec![1usize, 5, 33, 150]),
+        radius in prop::sample::select(vec![1.0f32, 0.1, 1e-3, 1e-6]),
+        scale in prop::sample::select(vec![1.0f32, 1.0, 1e-6, 1e6, 1e-12, 1e12]),
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::ZERO, Vec3::new(30.0, -10.0, 20.0), Vec3::splat(1e4)]),
+    ) {
+        let mut random = Random(seed);
+        let offset = offset * scale;
+        let triangles = Shape::Snapped.triangles(count, scale, offset, &mut random);
+        let spheres: Vec<[f32; 4]> =
+            triangles.iter().map(|&[[x, y, z], ..]| [x, y, z, radius * scale * random.unit()]).collect();
+        let bvh = Bvh::<SphereBlock>::spheres(count, 0, &Serial, |i| spheres[i]);
+        let context = format!("spheres {aim:?} {count}");
+        all_widths(&bvh, seed, aim, &context, &|i, random| aim.ray(i, 1, &triangles, scale, offset, random));
+    }
+}
+
+/// One triangle among others, so that there are boxes to be lost behind.
+fn with_neighbours(triangle: Triangle) -> Bvh<TriangleBlock> {
+    let mut random = Random(3);
+    let mut triangles = Shape::Scattered.triangles(40, 0.2, Vec3::splat(5.0), &mut random);
+    triangles[17] = triangle;
+    Bvh::triangles(triangles.len(), 0, &Serial, |i| triangles[i])
+}
+
+fn trace(bvh: &Bvh<TriangleBlock>, origin: Vec3, direction: Vec3) {
+    let mut packet = RayPacket::<16>::default();
+    packet.reset(0..16);
+    for i in 0..16 {
+        packet.set_ray(i, origin, direction);
+    }
+    agree(bvh, &packet, "named");
+    for token in AnyToken::available() {
+        bvh.intersect_all(token, &mut packet);
+        assert_ne!(packet.hits.primitive[0], 17, "{token:?} hit what it should miss at {}", packet.t_max[0]);
+    }
 }
 
 #[test]
-fn triangles_found_through_the_tree_are_those_found_without() {
+fn a_triangle_whose_corners_are_on_one_line_is_missed_by_rays_that_pass_it() {
+    let bvh = with_neighbours([[0.75, 0.25, -0.5], [0.25, 0.0, -0.25], [-0.25, -0.25, 0.0]]);
     let mut random = Random(1);
-    let scattered: Vec<[[f32; 3]; 3]> = (0..500)
-        .map(|_| {
-            let middle = random.point(2.0);
-            [0, 1, 2].map(|_| (middle + random.point(0.4)).to_array())
-        })
-        .collect();
-    let bvh = Bvh::<TriangleBlock>::triangles(scattered.len(), 0, &Serial, |i| scattered[i]);
-    assert_eq!(bvh.primitives(), 500);
-    check_widths(&bvh, "scattered");
-    let snapped: Vec<[[f32; 3]; 3]> = scattered.iter().map(|t| t.map(|c| c.map(|x| (x * 4.0).round() / 4.0))).collect();
-    let bvh = Bvh::<TriangleBlock>::triangles(snapped.len(), 0, &Serial, |i| snapped[i]);
-    assert!(bvh.primitives() < 500, "snapping makes some triangles degenerate");
-    check_widths(&bvh, "snapped");
+    for _ in 0..200 {
+        let origin = random.point(2.0);
+        trace(&bvh, origin, random.point(2.0));
+    }
 }
 
 #[test]
-fn spheres_found_through_the_tree_are_those_found_without() {
+fn a_triangle_of_a_few_ulp_is_missed_by_rays_that_pass_it() {
     let mut random = Random(2);
-    let spheres: Vec<[f32; 4]> = (0..500)
-        .map(|_| {
-            let c = random.point(2.0);
-            [c.x, c.y, c.z, 0.01 + 0.1 * random.unit()]
-        })
-        .collect();
-    let bvh = Bvh::<SphereBlock>::spheres(spheres.len(), 0, &Serial, |i| spheres[i]);
-    check_widths(&bvh, "spheres");
+    let [a, b, c] = [0.3, 0.3 + f32::EPSILON, 0.3 - f32::EPSILON];
+    let bvh = with_neighbours([[a, a, a], [b, a, a], [a, b, c]]);
+    for _ in 0..200 {
+        let origin = random.point(2.0);
+        trace(&bvh, origin, random.point(2.0));
+    }
 }

@@ -4,11 +4,13 @@
 //! axis; what is left is a planar question about three points, the same points for every triangle that shares them.
 //! We depart in three ways. (1) A computed edge function is `round(p) - round(q)` of two products: it may be zero where the
 //! truth is not, but never has the wrong sign; so a zero counts as inside for both neighbours and no ray passes between.
-//! (2) Only when all three are zero do we go to f64, where the products are exact. (3) Both sides of a triangle are hit,
-//! so no winding is kept.
+//! (2) We go to f64, where the products are exact, not at every zero, but where the edge functions are too rough to be
+//! weights: the point that they weigh together must lie on the ray, up to [`OFF`]. This finds triangles that are needles,
+//! seen edge-on, or tiny and elsewhere, for which f32 gives any answer and any distance; and it is what lets traversal
+//! trust that a hit lies in the triangle's box. (3) Both sides of a triangle are hit, so no winding is kept.
 //!
 //! - NaN: a ray or triangle with a NaN is missed.
-//! - Zero direction: missed (its shear is NaN).
+//! - Zero direction (or one so short that its reciprocal overflows): missed (its shear is NaN).
 //! - Degenerate triangle (its area is zero in the sheared plane): missed.
 //! - Grazing: a ray through an edge or vertex hits every triangle that has it; ties go to the lowest id.
 //!
@@ -21,13 +23,20 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 pub struct ShearedRay<F> {
     /// `d[x] / d[z]` and `d[y] / d[z]`, see [`Rays::shears`](crate::Rays::shears).
     pub shear: [F; 2],
-    /// `d[z]`, the direction along the dominant axis.
-    pub forward: F,
+    /// `1 / d[z]`, the reciprocal of the direction along the dominant axis: `t` of a depth of 1.
+    pub inverse_forward: F,
     /// Near end of the interval, not in it.
     pub t_min: F,
     /// Far end of the interval, in it.
     pub t_max: F,
 }
+
+/// How far off the ray a hit may be weighed together, as a fraction of the size of the triangle's coordinates relative
+/// to the ray's origin; see [`crate::traverse`] for what becomes of it.
+pub const OFF: f32 = 1.0 / (1 << 20) as f32;
+
+/// Products outside of this range may have lost bits to underflow, or everything to overflow.
+const PRECISE: [f32; 2] = [1e-30, 1e38];
 
 /// Tests the triangle `corners` (relative to the ray's origin, axes permuted like the ray's) in the lanes `active`. Returns
 /// which of them hit, and their distances (meaningless in the others).
@@ -47,42 +56,59 @@ pub fn triangle<T: Token>(
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
-    let inside = active & (u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero));
+    // All of one sign: one comparison for `least >= 0 or greatest <= 0`. Both are NaN, or neither is.
+    let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
+    let inside = active & least.max(-greatest).ge(zero);
     if !inside.any() {
         return (inside, zero);
     }
     let det = u + v + w;
-    let t = w.mul_add(c[2], v.mul_add(b[2], u * a[2])) / (det * ray.forward);
-    let mut hit = inside & t.gt(ray.t_min) & t.le(ray.t_max);
-    let mut t = t;
-    let flat = inside & det.eq(zero);
-    if flat.any() {
-        let values = [ax, ay, bx, by, cx, cy, a[2], b[2], c[2], ray.forward, ray.t_min, ray.t_max];
-        let mut lanes = [[0.0; 16]; 12];
-        for (out, value) in lanes.iter_mut().zip(values) {
-            value.store(out, 0);
-        }
-        let (exact, distance) = in_f64(flat.bits(), &lanes);
-        let exact = token.mask(exact);
-        t = token.load(&distance, 0).select(exact, t);
-        hit = hit.and_not(flat) | exact;
+    let depth = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
+    let t = depth / det * ray.inverse_forward;
+    let hit = inside & t.gt(ray.t_min) & t.le(ray.t_max);
+    // The weights' point, times `det`.
+    let off_x = w.mul_add(cx, v.mul_add(bx, u * ax)).abs();
+    let off_y = w.mul_add(cy, v.mul_add(by, u * ay)).abs();
+    let off = off_x.max(off_y) * token.splat(1.0 / OFF);
+    let rough = inside.and_not(off.lt(depth.abs()) & is_precise(token, depth.abs()));
+    if !rough.any() {
+        return (hit, t);
     }
-    (hit, t)
+    // The depth of the hit is a size at hand, but too small a one for rays that start on the triangle.
+    let size = a[2].abs().max(b[2].abs()).max(c[2].abs());
+    let size = size.max(ax.abs()).max(bx.abs()).max(ay.abs()).max(by.abs()) * det.abs();
+    let rough = rough.and_not(off.lt(size) & is_precise(token, size));
+    if !rough.any() {
+        return (hit, t);
+    }
+    let values = [ax, ay, bx, by, cx, cy, a[2], b[2], c[2], ray.inverse_forward, ray.t_min, ray.t_max];
+    let mut lanes = [[0.0; 16]; 12];
+    for (out, value) in lanes.iter_mut().zip(values) {
+        value.store(out, 0);
+    }
+    let (exact, distance) = in_f64(rough.bits(), &lanes);
+    (hit.and_not(rough) | token.mask(exact), token.load(&distance, 0).select(rough, t))
 }
 
-/// The test again for the lanes `bits`, whose three edge functions are all zero in f32. The sheared corners stay as they
-/// are; products of two of them are exact in f64. `lanes`: ax, ay, bx, by, cx, cy, the depths of a, b, c, then the
-/// ray's forward, t_min and t_max.
+/// Is a product, and what it is measured against, in the range where f32 keeps all its bits?
+#[inline(always)]
+fn is_precise<T: Token>(token: T, size: T::F32) -> T::Mask {
+    size.gt(token.splat(PRECISE[0])) & size.lt(token.splat(PRECISE[1]))
+}
+
+/// The test again for the lanes `bits`, whose edge functions are too rough in f32. The sheared corners stay as they are;
+/// products of two of them are exact in f64. `lanes`: ax, ay, bx, by, cx, cy, the depths of a, b, c, then the ray's
+/// inverse_forward, t_min and t_max.
 #[cold]
 #[inline(never)]
 fn in_f64(bits: u32, lanes: &[[f32; 16]; 12]) -> (u32, [f32; 16]) {
     let mut hit = 0;
     let mut t = [0.0; 16];
     for i in (0..16).filter(|i| bits >> i & 1 != 0) {
-        let [ax, ay, bx, by, cx, cy, az, bz, cz, forward, t_min, t_max] = lanes.map(|lane| f64::from(lane[i]));
+        let [ax, ay, bx, by, cx, cy, az, bz, cz, inverse_forward, t_min, t_max] = lanes.map(|lane| f64::from(lane[i]));
         let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        t[i] = ((u * az + v * bz + w * cz) / ((u + v + w) * forward)) as f32;
+        t[i] = ((u * az + v * bz + w * cz) / (u + v + w) * inverse_forward) as f32;
         if inside && f64::from(t[i]) > t_min && f64::from(t[i]) <= t_max {
             hit |= 1 << i;
         }

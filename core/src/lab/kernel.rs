@@ -114,8 +114,8 @@ impl<P: Clone, const N: usize> Work<P, N> {
         let bits = |column: &Column<f32, N>| column[..width].iter().map(|&x| canonical(x)).collect::<Vec<u32>>();
         let [dx, dy, dz] = self.rays.directions();
         let [ix, iy, iz] = self.rays.inverse_columns();
-        let [sx, sy] = self.rays.shear_columns();
-        let columns = [&self.rays.t_max, dx, dy, dz, ix, iy, iz, sx, sy].map(bits);
+        let [sx, sy, sz] = self.rays.shear_columns();
+        let columns = [&self.rays.t_max, dx, dy, dz, ix, iy, iz, sx, sy, sz].map(bits);
         Outcome {
             columns,
             found: self.found[..width].to_vec(),

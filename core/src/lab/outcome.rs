@@ -8,7 +8,7 @@ use core::ops::Range;
 use crate::Properties;
 
 /// Names of [`Outcome::columns`].
-const NAMES: [&str; 9] = [
+const NAMES: [&str; 10] = [
     "t_max",
     "direction x",
     "direction y",
@@ -18,12 +18,13 @@ const NAMES: [&str; 9] = [
     "inverse z",
     "shear x",
     "shear y",
+    "shear z",
 ];
 
 /// Bits by ray.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    pub(super) columns: [Vec<u32>; 9],
+    pub(super) columns: [Vec<u32>; 10],
     pub(super) found: Vec<u32>,
     pub(super) axis: Vec<u32>,
     pub(super) extra: Vec<u32>,
@@ -46,9 +47,9 @@ impl Outcome {
         [4, 5, 6].map(|c| f32::from_bits(self.columns[c][i]))
     }
 
-    /// Shear factors of ray `i`.
-    pub fn shear(&self, i: usize) -> [f32; 2] {
-        [7, 8].map(|c| f32::from_bits(self.columns[c][i]))
+    /// Shear factors of ray `i`, and the reciprocal of its direction along the dominant axis.
+    pub fn shear(&self, i: usize) -> [f32; 3] {
+        [7, 8, 9].map(|c| f32::from_bits(self.columns[c][i]))
     }
 
     /// Dominant axis of ray `i`.

@@ -2,7 +2,6 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::packet::pick;
 use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
@@ -16,6 +15,8 @@ pub struct SingleRay<T: Token> {
     pub origin: [T::F32; 3],
     /// Direction.
     pub direction: [T::F32; 3],
+    /// See [`Rays::inverse_directions`].
+    pub inverse: [T::F32; 3],
     /// See [`Rays::shears`].
     pub shear: [T::F32; 2],
     /// The dominant axis.
@@ -28,13 +29,19 @@ pub struct SingleRay<T: Token> {
     pub t_max: T::F32,
 }
 
+/// A subtree that waits, and where the ray enters it.
 #[derive(Clone, Copy)]
-struct Entry {
+pub(super) struct Entry {
     child: Child,
     near: f32,
 }
 
-/// Traces the rays of `range` one after the other; returns how many.
+impl Entry {
+    /// Nothing.
+    pub(super) const NONE: Self = Self { child: Child::EMPTY, near: 0.0 };
+}
+
+/// Traces ray `i`. The stack is the caller's, so that it is cleared once for many rays.
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     token: T,
@@ -42,26 +49,22 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     rays: &mut Rays<N>,
     target: &mut H,
     roots: Roots,
-    range: core::ops::Range<usize>,
-) -> u64 {
-    let mut stack = [Entry { child: bvh.root, near: f32::NEG_INFINITY }; STACK];
-    for i in range.clone() {
-        let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
-        for root in roots {
-            walk.from::<N, H>(root, &mut stack);
-        }
-        if let Some((t, id)) = walk.found {
-            target.set(rays, i, t, id);
-        }
+    stack: &mut [Entry; STACK],
+    i: usize,
+) {
+    let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
+    for root in roots {
+        walk.from::<N, H>(root, stack);
     }
-    range.len() as u64
+    if let Some((t, id)) = walk.found {
+        target.set(rays, i, t, id);
+    }
 }
 
 struct Walk<'a, T: Token, B> {
     token: T,
     bvh: &'a Bvh<B>,
     ray: SingleRay<T>,
-    inverse: [T::F32; 3],
     /// What to subtract from the nearer and farther planes: the origin, moved outwards by the margin of rounding.
     edge: [[T::F32; 3]; 2],
     /// Rows of a node's planes that the ray meets first and last.
@@ -94,13 +97,13 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             ray: SingleRay {
                 origin: splat3(token, [origin[0][i], origin[1][i], origin[2][i]]),
                 direction: splat3(token, [direction[0][i], direction[1][i], direction[2][i]]),
+                inverse: splat3(token, [inverse[0][i], inverse[1][i], inverse[2][i]]),
                 shear: [token.splat(shear[0][i]), token.splat(shear[1][i])],
                 axis: rays.axes()[i] as usize,
                 unit: rays.properties().contains(Properties::NORMALIZED_DIRECTIONS),
                 t_min: token.splat(rays.t_min()[i]),
                 t_max: token.splat(rays.t_max[i]),
             },
-            inverse: splat3(token, [inverse[0][i], inverse[1][i], inverse[2][i]]),
             edge: [near, far],
             rows,
             t_max: rays.t_max[i],
@@ -138,13 +141,13 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         let mut nears = [0.0f32; 8];
         let mut at = 0;
         while at < 8 {
-            let to_near = sub(pick(token, node, self.rows[0], at), self.edge[0]);
-            let to_far = sub(pick(token, node, self.rows[1], at), self.edge[1]);
+            let to_near = sub(node.rows(token, self.rows[0], at), self.edge[0]);
+            let to_far = sub(node.rows(token, self.rows[1], at), self.edge[1]);
             let mut near = self.ray.t_min;
             let mut far = self.ray.t_max;
             for k in 0..3 {
-                near = (to_near[k] * self.inverse[k]).max(near);
-                far = (to_far[k] * self.inverse[k]).min(far);
+                near = (to_near[k] * self.ray.inverse[k]).max(near);
+                far = (to_far[k] * self.ray.inverse[k]).min(far);
             }
             met |= near.le(far).bits() << at;
             near.store(&mut nears, at);

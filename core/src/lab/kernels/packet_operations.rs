@@ -127,9 +127,10 @@ impl Kernel for Shears {
                 return Err(format!("ray {i}: axis {axis} dominates {d:?}"));
             }
             let [x, y, z] = axes[axis].map(|k| f64::from(d[k]));
-            let [sx, sy] = outcome.shear(i);
-            if d.iter().all(|&x| in_reach(x)) && z != 0.0 && !(near(sx, x / z) && near(sy, y / z)) {
-                return Err(format!("ray {i}: shears {sx:e} {sy:e} of {d:?}"));
+            let [sx, sy, sz] = outcome.shear(i);
+            let right = near(sx, x / z) && near(sy, y / z) && near(sz, 1.0 / z);
+            if d.iter().all(|&x| in_reach(x)) && z != 0.0 && !right {
+                return Err(format!("ray {i}: shears {sx:e} {sy:e} {sz:e} of {d:?}"));
             }
         }
         Ok(())

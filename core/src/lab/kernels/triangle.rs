@@ -89,7 +89,9 @@ impl<const CASE: u8> RayTest for Triangle<CASE> {
         let all = token.mask(u32::MAX);
         let shear = rays.shear_columns();
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
+        let inverse_forward = token.load(&shear[2][..], at);
         let shear = [token.load(&shear[0][..], at), token.load(&shear[1][..], at)];
+        let ray = ShearedRay { shear, inverse_forward, t_min, t_max };
         if CASE == GENERAL {
             let axes = token.load_u32(&rays.axes()[..], at);
             let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
@@ -100,17 +102,13 @@ impl<const CASE: u8> RayTest for Triangle<CASE> {
                 last_axis::<T>(sub(b, origin), on_y, on_z),
                 last_axis::<T>(sub(c, origin), on_y, on_z),
             ];
-            let [_, _, forward] = last_axis::<T>(load3(token, rays.directions(), at), on_y, on_z);
-            return triangle(token, all, corners, &ShearedRay { shear, forward, t_min, t_max });
+            return triangle(token, all, corners, &ray);
         }
-        let axes = axes(rays);
-        let forward = token.load(&rays.directions()[axes[2]][..], at);
-        let ray = ShearedRay { shear, forward, t_min, t_max };
         if CASE == COMMON_ORIGIN {
             return triangle(token, all, *corners, &ray);
         }
         let mut origin = [token.splat(0.0); 3];
-        for (x, axis) in origin.iter_mut().zip(axes) {
+        for (x, axis) in origin.iter_mut().zip(axes(rays)) {
             *x = token.load(&rays.origins()[axis][..], at);
         }
         let [a, b, c] = *corners;
