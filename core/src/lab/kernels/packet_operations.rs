@@ -123,7 +123,13 @@ impl Kernel for Shears {
         for i in draft.range.clone() {
             let d = draft.rays[i].direction;
             let axis = outcome.axis(i) as usize;
-            if axis > 2 || d.iter().any(|x| x.abs() > d[axis].abs()) {
+            if axis > 2 {
+                return Err(format!("ray {i}: axis {axis}"));
+            }
+            if d.iter().any(|x| x.is_nan()) {
+                continue;
+            }
+            if d.iter().any(|x| x.abs() > d[axis].abs()) {
                 return Err(format!("ray {i}: axis {axis} dominates {d:?}"));
             }
             let [x, y, z] = axes[axis].map(|k| f64::from(d[k]));
