@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let scene = Scene::<N>::build(&builtin::scene(), AccelerationKind::Bvh)?;
     let camera = Pinhole::new(scene.view(width as f32 / height as f32));
-    let picture = FrameBuffer::new(width as usize, height as usize).map_err(|e| format!("{e:?}"))?;
+    let picture = FrameBuffer::new(width as usize, height as usize)?;
     let statistics = Statistics::default();
     let context =
         Context { token: AnyToken::detect(), scene: &scene, renderer: &*renderer, statistics: &statistics, frame: 0 };

@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     pipeline.add_stage(stage("render", Balance::Balanced, |frame: &Frame<'_, Scene>| {
         let (scene, picture) = (frame.state, frame.channels()[0].buffer);
         let row = vec![rgba8(scene.colour, 0, 0, 255); picture.width()];
-        for y in (frame.thread..picture.height()).step_by(frame.threads) {
+        for y in frame.share(picture.height()) {
             picture.set_row(0, y, &row);
         }
     }));

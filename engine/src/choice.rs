@@ -1,9 +1,8 @@
 //! Components that are chosen by name at run time: one line each, and an error that lists the names.
 
-use std::fmt;
-
 /// A name that no component has.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no {kind} is called \"{name}\"; there are: {known}")]
 pub struct UnknownName {
     /// What was to be chosen: "renderer".
     pub kind: &'static str,
@@ -12,14 +11,6 @@ pub struct UnknownName {
     /// What there is.
     pub known: String,
 }
-
-impl fmt::Display for UnknownName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "no {} is called \"{}\"; there are: {}", self.kind, self.name, self.known)
-    }
-}
-
-impl std::error::Error for UnknownName {}
 
 /// Defines an enum whose variants have names: `ALL`, `name`, `FromStr`, `Display`.
 macro_rules! choice {

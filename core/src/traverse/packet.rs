@@ -1,11 +1,13 @@
 //! Packets through the tree.
 //!
-//!     groups with nothing in common go ray by ray
-//!     for each class of the others: stack = [root, all groups of the class]
-//!         pop; skip if farther than the farthest hit
-//!         node: test eight children against the whole packet at once
-//!               each child met: which groups meet it?  push, nearest last
-//!         leaf: each primitive against each group's rays, W at a time
+//! ```text
+//! groups with nothing in common go ray by ray
+//! for each class of the others: stack = [root, all groups of the class]
+//!     pop; skip if farther than the farthest hit
+//!     node: test eight children against the whole packet at once
+//!           each child met: which groups meet it?  push, nearest last
+//!     leaf: each primitive against each group's rays, W at a time
+//! ```
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 

@@ -20,8 +20,13 @@ choice! {
 }
 
 impl AccelerationKind {
-    /// Builds it over all primitives of `geometry` that were not left out.
-    pub fn build<const N: usize>(self, geometry: &Geometry) -> Box<dyn AccelerationStructure<N>> {
-        Box::new(Hierarchy::new(geometry, self == Self::Brute))
+    /// Builds it over all primitives of `geometry` that were not left out. Shadow rays meet only those of materials that
+    /// `casts_shadow`, which is asked with material indices as they are in the meshes.
+    pub fn build<const N: usize>(
+        self,
+        geometry: &Geometry,
+        casts_shadow: &(dyn Fn(u32) -> bool + Sync),
+    ) -> Box<dyn AccelerationStructure<N>> {
+        Box::new(Hierarchy::new(geometry, casts_shadow, self == Self::Brute))
     }
 }

@@ -2,31 +2,32 @@
 
 use std::sync::Arc;
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 use libm::{cosf, sinf};
 
 use super::sheet::sheet;
 use crate::scene::{Mesh, Object};
 
 const PI: f32 = std::f32::consts::PI;
+/// Quads around the section of a wing, and from tip to tip.
+const COLUMNS: u32 = 72;
+const ROWS: u32 = 120;
 
 /// The ray, dark above and pale below, banking over the reef.
 pub(super) fn manta(back: u32, belly: u32) -> Object {
-    let mut body = sheet(72, 120, true, |around, across| place(wing(across * 2.0 - 1.0, around)));
+    let mut body = sheet(COLUMNS, ROWS, true, |around, across| place(wing(across * 2.0 - 1.0, around)));
     body.name = "manta".to_owned();
-    // Around the section, the first half is the upper side.
-    let columns = 72;
-    body.materials = Vec::new();
-    for triangle in &body.triangles {
-        let column = triangle.iter().map(|i| i % columns).min().unwrap_or(0);
-        let row = triangle[0] / columns;
-        let across = (row as f32 + 0.5) / 120.0 * 2.0 - 1.0;
-        let chord = section((column as f32 + 0.5) / columns as f32).0;
-        // Pale shoulder patches, as the real ones have them.
-        let s = across.abs();
-        let patch = s > 0.10 && s < 0.42 && (chord - (0.20 + 0.35 * s)).abs() < 0.075 - 0.10 * (s - 0.2).abs();
-        body.materials.push(if column < columns / 2 && !patch { back } else { belly });
-    }
+    // Around the section, the first half is the upper side. The pale shoulder patches end at lines of the grid, so that
+    // their edges are smooth.
+    body.materials = (body.triangles.iter())
+        .map(|triangle| {
+            let column = triangle.iter().map(|i| i % COLUMNS).min().unwrap_or(0);
+            let upper = column < COLUMNS / 2;
+            let from_middle = (triangle[0] / COLUMNS).abs_diff(ROWS / 2);
+            let patch = (5..30).contains(&from_middle) && (14..17).contains(&column);
+            if upper && !patch { back } else { belly }
+        })
+        .collect();
     let mut parts = vec![Object::Mesh(Arc::new(body))];
     for side in [-1.0, 1.0] {
         parts.push(tube(back, 24, 24, move |v| {
@@ -62,15 +63,15 @@ fn wing(across: f32, around: f32) -> Vec3 {
     let head = 0.10 / (1.0 + 60.0 * s * s);
     let front = 0.56 + head - 0.10 * s - 0.72 * s * s * s;
     let rear = -0.62 + 0.46 * sinf(s * PI * 0.5) - 0.28 * s * s * s * s;
-    let tip = (1.0 - s * s * s * s).max(0.0);
+    let tip = (1.0 - s * s * s).max(0.0);
     let middle = 0.5 * (front + rear);
-    let chord = (front - rear) * tip.sqrt().max(0.02);
+    let chord = (front - rear) * (tip * (1.7 - 0.7 * tip)).max(0.004);
     let z = middle + chord * (0.5 - along);
     // Thick in the body, thin in the wings; thickest a third behind the front.
     let profile = (along * (1.0 - along)).max(0.0).sqrt() * (1.35 - 0.9 * along);
     let thickness = 0.035 + 0.20 / (1.0 + 14.0 * s * s);
-    let half = thickness * profile * tip.sqrt().max(0.02) * if height < 0.0 { 0.7 } else { 1.0 };
-    let bend = 0.42 * s * s - 0.16 * s * s * s * s + 0.05 * s * (along - 0.5);
+    let half = thickness * profile * tip.sqrt().max(0.01) * if height < 0.0 { 0.7 } else { 1.0 };
+    let bend = 0.42 * s * s - 0.16 * s * s * s * s + 0.05 * s * tip * (along - 0.5);
     Vec3::new(1.55 * across, bend + half * sign(height), z)
 }
 
@@ -92,12 +93,18 @@ fn tube(material: u32, columns: u32, rows: u32, at: impl Fn(f32) -> (Vec3, f32, 
     Object::Mesh(Arc::new(Mesh { name: "manta".to_owned(), material, ..mesh }))
 }
 
-/// From the ray's own axes into the scene: larger, banking, heading to the front left.
+/// From the ray's own axes into the scene: larger, heading to the front left, banking towards the viewer.
 fn place(p: Vec3) -> Vec3 {
-    let rotation = Mat3::from_cols(
-        Vec3::new(0.878, -0.208, 0.431),
-        Vec3::new(0.226, 0.974, 0.010),
-        Vec3::new(-0.422, 0.088, 0.902),
-    );
-    Vec3::new(-0.15, 2.05, -0.1) + rotation * (p * 1.45)
+    let (yaw, pitch, roll) = (-0.80_f32, -0.10_f32, -0.30_f32);
+    let p = turn(p, Vec3::X, Vec3::Y, roll);
+    let p = turn(p, Vec3::Y, Vec3::Z, pitch);
+    let p = turn(p, Vec3::Z, Vec3::X, yaw);
+    Vec3::new(-0.25, 2.15, 0.0) + p * 1.65
+}
+
+/// Turns `p` in the plane from axis `a` to axis `b`.
+fn turn(p: Vec3, a: Vec3, b: Vec3, angle: f32) -> Vec3 {
+    let (sin, cos) = (sinf(angle), cosf(angle));
+    let (x, y) = (p.dot(a), p.dot(b));
+    p + a * (x * cos - y * sin - x) + b * (x * sin + y * cos - y)
 }

@@ -19,18 +19,18 @@ pub fn scene() -> SceneDescription {
     let mut scene = SceneDescription {
         name: "built-in".to_owned(),
         lights: vec![LightDescription::Point {
-            position: Vec3::new(-3.6, 9.0, 4.2),
+            position: Vec3::new(-5.6, 7.6, 5.0),
             color: Vec3::new(1.05, 0.98, 0.86),
             falloff: false,
         }],
         ambient: AmbientDescription { above: Vec3::new(0.30, 0.40, 0.48), below: Vec3::new(0.16, 0.14, 0.11) },
         background: BackgroundDescription::Gradient {
-            zenith: Vec3::new(0.02, 0.10, 0.24),
-            horizon: Vec3::new(0.36, 0.62, 0.72),
+            zenith: Vec3::new(0.006, 0.05, 0.15),
+            horizon: Vec3::new(0.15, 0.42, 0.52),
             nadir: Vec3::new(0.015, 0.075, 0.13),
         },
         up: Some(Up::Y),
-        view: Some(View { eye: Vec3::new(4.6, 3.3, 8.4), at: Vec3::new(0.0, 0.95, 0.0), up: Vec3::Y, fov: 35.0 }),
+        view: Some(View { eye: Vec3::new(4.4, 4.4, 10.6), at: Vec3::new(0.0, 1.05, 0.0), up: Vec3::Y, fov: 32.0 }),
         ..SceneDescription::default()
     };
     let mut glossy = |name: &str, diffuse: [f32; 3], specular: f32, shininess: f32, reflection: f32| {
@@ -58,7 +58,7 @@ pub fn scene() -> SceneDescription {
             ..PhongDescription::default()
         }),
     );
-    let sand = scene.add_material("sand", MaterialDescription::Lambertian { diffuse: Vec3::new(0.66, 0.53, 0.36) });
+    let sand = scene.add_material("sand", MaterialDescription::Lambertian { diffuse: Vec3::new(0.60, 0.47, 0.31) });
     let rock = scene.add_material("rock", MaterialDescription::Lambertian { diffuse: Vec3::new(0.20, 0.17, 0.15) });
     scene.objects.push(reef::ground(sand, rock));
     scene.objects.push(reef::corals(coral));

@@ -28,9 +28,9 @@ const MOUNDS: [(f32, f32, f32, [f32; 3], [f32; 3]); 6] = [
 fn height(x: f32, z: f32) -> f32 {
     let r = (x * x + z * z).sqrt() / RADIUS;
     let warp = 0.45 * sinf(1.3 * x + 0.6 * z) + 0.3 * sinf(0.7 * x - 1.9 * z);
-    let ripples = 0.016 * sinf(11.0 * (z + 0.25 * x) + 2.2 * warp);
-    let dunes = 0.10 * sinf(0.9 * x + 0.4) * cosf(1.1 * z - 0.3);
-    (ripples + dunes) * (1.0 - r * r * r * r).max(0.0)
+    let ripples = 0.022 * sinf(13.0 * (z + 0.25 * x) + 2.6 * warp);
+    let dunes = 0.09 * sinf(0.9 * x + 0.4) * cosf(1.1 * z - 0.3);
+    (ripples + dunes) * (1.0 - r * r * r).max(0.0)
 }
 
 /// The disc of sand and its rim of rock.
@@ -43,7 +43,7 @@ pub(super) fn ground(sand: u32, rock: u32) -> Object {
     let rim = sheet(208, 4, true, |u, v| {
         let angle = u * 2.0 * PI;
         let r = RADIUS * (1.0 - 0.06 * v * v);
-        Vec3::new(r * cosf(angle), -0.34 * (1.0 - v) * 1.0, -r * sinf(angle)) + Vec3::Y * (0.0 * v)
+        Vec3::new(r * cosf(angle), -0.34 * v, -r * sinf(angle))
     });
     let object = |mesh, name: &str, material| Object::Mesh(Arc::new(Mesh { name: name.to_owned(), material, ..mesh }));
     Object::Group(vec![object(top, "sand", sand), object(rim, "rim", rock)])

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use mobula::app::AppError;
-use mobula::display::png::PngError;
+use mobula::display::png::PngDisplay;
 use mobula::load::LoadError;
 use mobula::pipeline::Fault;
 use mobula_simd::{EnvError, Unavailable};
@@ -28,10 +28,10 @@ pub(crate) enum Failure {
     Environment(#[from] EnvError),
     /// A picture could not be written.
     #[error("{0}")]
-    Png(#[from] PngError),
+    Output(String),
     /// A component failed.
-    #[error("{0}")]
-    Fault(#[from] Fault),
+    #[error("{0}; this is a bug: please report it")]
+    Fault(Fault),
     /// The window.
     #[error("cannot open a window: {0}; `mobula render` writes a picture instead")]
     Window(String),
@@ -48,5 +48,12 @@ impl Failure {
             Self::Interrupted => 130,
             _ => 1,
         })
+    }
+}
+
+impl From<Fault> for Failure {
+    fn from(fault: Fault) -> Self {
+        // That display fails for reasons of the disk, and its message says all.
+        if fault.component == PngDisplay::NAME { Self::Output(fault.message) } else { Self::Fault(fault) }
     }
 }

@@ -33,7 +33,7 @@ impl From<WindowError> for Failure {
     fn from(error: WindowError) -> Self {
         match error {
             WindowError::Open(problem) => Self::Window(problem),
-            WindowError::Fault(fault) => Self::Fault(fault),
+            WindowError::Fault(fault) => fault.into(),
         }
     }
 }

@@ -44,11 +44,7 @@ pub fn write_png(file: &Path, picture: &FrameBuffer) -> Result<(), PngError> {
 ///
 /// # Errors
 /// If it cannot be written; the error names the file.
-pub fn write_pixels(
-    file: &Path,
-    size: [usize; 2],
-    pixels: impl ExactSizeIterator<Item = u32>,
-) -> Result<(), PngError> {
+pub fn write_pixels(file: &Path, size: [usize; 2], pixels: impl ExactSizeIterator<Item = u32>) -> Result<(), PngError> {
     let write = || {
         // Devices and pipes are written to; renaming would replace them. Links are followed.
         let target = match fs::metadata(file) {
@@ -124,6 +120,9 @@ pub struct PngDisplay {
 }
 
 impl PngDisplay {
+    /// Its name in faults.
+    pub const NAME: &str = "PNG display";
+
     /// Writes every frame.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), only: None }
@@ -138,7 +137,7 @@ impl PngDisplay {
 
 impl Display for PngDisplay {
     fn name(&self) -> &str {
-        "PNG display"
+        Self::NAME
     }
 
     fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
@@ -194,7 +193,10 @@ mod tests {
         let folder = folder("errors");
         let missing = folder.join("none").join("a.png");
         let text = write_png(&missing, &picture()).unwrap_err().to_string();
-        assert!(text.starts_with(&missing.display().to_string()) && text.ends_with("; make the folder first"), "{text}");
+        assert!(
+            text.starts_with(&missing.display().to_string()) && text.ends_with("; make the folder first"),
+            "{text}"
+        );
         let text = write_png(&folder, &picture()).unwrap_err().to_string();
         assert!(text.ends_with("; add a file name"), "{text}");
         fs::remove_dir_all(folder).unwrap();

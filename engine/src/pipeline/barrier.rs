@@ -9,7 +9,12 @@ use std::time::{Duration, Instant};
 use crossbeam_utils::CachePadded;
 
 use super::sync::atomic::{AtomicUsize, Ordering};
-use super::sync::{Condvar, Mutex, MutexGuard};
+use super::sync::{Condvar, Mutex, MutexGuard, hint};
+
+#[cfg(all(test, loom))]
+mod models;
+#[cfg(all(test, not(loom)))]
+mod tests;
 
 /// Somebody is parked, or about to be: the thread that opens the gate must ring.
 const SLEEPERS: usize = 1;
@@ -19,8 +24,16 @@ const ABORTED: usize = 2;
 const EPOCH: usize = 4;
 
 /// How long a waiter spins before it parks: about what parking and being woken costs, so that waiting is never much
-/// worse than the better of the two.
+/// worse than the better of the two. Halved each time it was in vain, down to [`LEAST_PATIENCE`], and restored when it
+/// was not: on a machine that others keep busy, a spinning waiter only keeps the one it waits for from running.
 const SPIN_TIME: Duration = Duration::from_micros(20);
+
+/// How often the spin time may be halved.
+const LEAST_PATIENCE: usize = 5;
+
+/// How often a spinning waiter looks at the gate before it looks at the clock. The model checker, which has no clock,
+/// lets it look once.
+const LOOKS: usize = if cfg!(loom) { 1 } else { 16 };
 
 /// The barrier was aborted because a participant failed: leave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,8 +51,10 @@ pub struct Barrier {
     gate: CachePadded<AtomicUsize>,
     /// How many threads take part. Written only by the last arrival.
     threads: CachePadded<AtomicUsize>,
-    /// From this many threads on waiters park at once.
+    /// With more threads than this, waiters park at once.
     cores: usize,
+    /// How often the spin time has been halved. Beside the other rarely written things.
+    impatience: AtomicUsize,
     lock: Mutex<()>,
     bell: Condvar,
 }
@@ -71,6 +86,7 @@ impl Barrier {
             gate: CachePadded::new(AtomicUsize::new(0)),
             threads: CachePadded::new(AtomicUsize::new(threads)),
             cores,
+            impatience: AtomicUsize::new(0),
             lock: Mutex::new(()),
             bell: Condvar::new(),
         }
@@ -82,9 +98,9 @@ impl Barrier {
     /// after `cross`. Returns true in the thread that ran `serial`. A panic in `serial` aborts the barrier and goes on
     /// unwinding.
     pub fn cross(&self, serial: impl FnOnce(&mut Turn)) -> Result<bool, Aborted> {
-        // Relaxed: this thread has already seen this epoch (it left the last crossing by it), and the epoch cannot move
-        // on before this thread arrives.
-        let gate = self.gate.load(Ordering::Relaxed);
+        // Acquire: pairs with the release in `abort`, in case it is aborted. For the epoch relaxed would do: this thread has
+        // already seen it (it left the last crossing by it), and it cannot move on before this thread arrives.
+        let gate = self.gate.load(Ordering::Acquire);
         if gate & ABORTED != 0 {
             return Err(Aborted);
         }
@@ -156,18 +172,25 @@ impl Barrier {
         // Acquire, here and below: pairs with the release in `open` and `abort`.
         let mut gate = self.gate.load(Ordering::Acquire);
         if self.threads.load(Ordering::Relaxed) <= self.cores {
-            let start = Instant::now();
+            // Relaxed, all of `impatience`: it is a guess.
+            let (start, impatience) = (Instant::now(), self.impatience.load(Ordering::Relaxed));
             loop {
-                for _ in 0..16 {
+                for _ in 0..LOOKS {
                     if let Some(verdict) = verdict(gate) {
+                        if impatience > 0 {
+                            self.impatience.store(0, Ordering::Relaxed);
+                        }
                         return verdict;
                     }
-                    std::hint::spin_loop();
+                    hint::spin_loop();
                     gate = self.gate.load(Ordering::Acquire);
                 }
-                if start.elapsed() > SPIN_TIME {
+                if cfg!(loom) || start.elapsed() > SPIN_TIME / (1 << impatience) {
                     break;
                 }
+            }
+            if impatience < LEAST_PATIENCE {
+                self.impatience.store(impatience + 1, Ordering::Relaxed);
             }
         }
         let mut guard = self.guard();
@@ -216,245 +239,5 @@ struct AbortOnDrop<'a>(&'a Barrier);
 impl Drop for AbortOnDrop<'_> {
     fn drop(&mut self) {
         self.0.abort();
-    }
-}
-
-#[cfg(all(test, not(loom)))]
-mod tests {
-    use std::sync::atomic::{AtomicBool, AtomicU64};
-    use std::thread;
-
-    use super::*;
-
-    /// All threads count crossings; the serial part checks that all have arrived and that it is alone.
-    fn cross_often(threads: usize, crossings: u64, barrier: &Barrier) {
-        let (arrived, serial) = (AtomicU64::new(0), AtomicU64::new(0));
-        let inside = AtomicBool::new(false);
-        thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    for crossing in 1..=crossings {
-                        arrived.fetch_add(1, Ordering::Relaxed);
-                        let cross = barrier.cross(|_| {
-                            assert!(!inside.swap(true, Ordering::Relaxed));
-                            assert_eq!(arrived.load(Ordering::Relaxed), crossing * threads as u64);
-                            serial.fetch_add(1, Ordering::Relaxed);
-                            inside.store(false, Ordering::Relaxed);
-                        });
-                        cross.unwrap();
-                        assert_eq!(serial.load(Ordering::Relaxed), crossing);
-                    }
-                });
-            }
-        });
-    }
-
-    #[test]
-    fn all_meet_at_every_crossing() {
-        for (threads, crossings) in [(1, 10_000), (2, 20_000), (3, 3000), (8, 1000), (64, 200)] {
-            cross_often(threads, crossings, &Barrier::new(threads));
-        }
-    }
-
-    #[test]
-    fn all_meet_whether_they_spin_or_park() {
-        for threads in [2, 5] {
-            cross_often(threads, 2000, &Barrier::with_cores(threads, 0));
-            cross_often(threads, 200, &Barrier::with_cores(threads, usize::MAX));
-        }
-    }
-
-    /// A minute at 1 to 64 threads: run with `cargo test --release -- --ignored`.
-    #[test]
-    #[ignore = "takes a minute"]
-    fn all_meet_for_a_minute() {
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_secs(60) {
-            for threads in 1..=64 {
-                cross_often(threads, 500, &Barrier::new(threads));
-            }
-        }
-    }
-
-    /// Each member has a number of its own; who is no longer on the list leaves. (The list and not the count: a slow
-    /// leaver may look only when the count has grown again.)
-    #[test]
-    fn threads_come_and_go_at_the_barrier() {
-        let plan = [1_usize, 5, 64, 3, 1, 2, 2, 40, 1];
-        let barrier = Barrier::new(1);
-        let (crossed, members, step) = (AtomicU64::new(0), Mutex::new(vec![0]), AtomicUsize::new(0));
-        fn work<'scope>(
-            (index, number): (usize, usize),
-            pass: Option<Pass>,
-            scope: &'scope thread::Scope<'scope, '_>,
-            shared: (&'scope Barrier, &'scope AtomicU64, &'scope Mutex<Vec<usize>>, &'scope AtomicUsize),
-            plan: &'scope [usize],
-        ) {
-            let (barrier, crossed, members, step) = shared;
-            if let Some(pass) = pass {
-                barrier.join(pass).unwrap();
-            }
-            while members.lock().unwrap().get(index) == Some(&number) {
-                crossed.fetch_add(1, Ordering::Relaxed);
-                let cross = barrier.cross(|turn| {
-                    let step = step.fetch_add(1, Ordering::Relaxed) + 1;
-                    let Some(&threads) = plan.get(step) else { return barrier.abort() };
-                    let mut members = members.lock().unwrap();
-                    members.truncate(threads);
-                    for index in members.len()..threads {
-                        let member = (index, step * 100 + index);
-                        members.push(member.1);
-                        let pass = Some(turn.pass());
-                        scope.spawn(move || work(member, pass, scope, shared, plan));
-                    }
-                    turn.set_threads(threads);
-                });
-                if cross.is_err() {
-                    return;
-                }
-            }
-        }
-        thread::scope(|scope| work((0, 0), None, scope, (&barrier, &crossed, &members, &step), &plan));
-        assert_eq!(crossed.into_inner(), plan.iter().sum::<usize>() as u64);
-    }
-
-    #[test]
-    fn an_abort_wakes_sleepers_and_spinners() {
-        for cores in [0, usize::MAX] {
-            let barrier = Barrier::with_cores(4, cores);
-            thread::scope(|scope| {
-                let waiters: Vec<_> = (0..3).map(|_| scope.spawn(|| barrier.cross(|_| ()))).collect();
-                thread::sleep(Duration::from_millis(5));
-                barrier.abort();
-                assert!(waiters.into_iter().all(|waiter| waiter.join().unwrap() == Err(Aborted)));
-            });
-            assert_eq!(barrier.cross(|_| ()), Err(Aborted));
-        }
-    }
-
-    #[test]
-    fn a_panic_in_the_serial_part_sends_all_away() {
-        super::super::fault::install_quiet_hook();
-        let barrier = Barrier::new(3);
-        thread::scope(|scope| {
-            let cross = || super::super::fault::catch("serial", || barrier.cross(|_| panic!("oops")));
-            let threads: Vec<_> = (0..3).map(|_| scope.spawn(cross)).collect();
-            let results: Vec<_> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
-            assert_eq!(results.iter().filter(|result| result.is_err()).count(), 1);
-            assert_eq!(results.iter().filter(|result| **result == Ok(Err(Aborted))).count(), 2);
-        });
-    }
-}
-
-/// `RUSTFLAGS="--cfg loom" cargo test --release -p mobula --lib barrier`
-#[cfg(all(test, loom))]
-mod models {
-    use std::sync::Arc;
-
-    use loom::thread;
-
-    use super::*;
-
-    fn model(preemptions: usize, body: impl Fn() + Sync + Send + 'static) {
-        let mut builder = loom::model::Builder::new();
-        builder.preemption_bound = Some(preemptions);
-        builder.check(body);
-    }
-
-    /// Relaxed accesses see each other only through the barrier's own ordering: before it to the serial part, from there
-    /// to all behind it.
-    fn cross_and_look(threads: usize, crossings: usize) {
-        let barrier = Arc::new(Barrier::with_cores(threads, 0));
-        let work: Arc<Vec<_>> = Arc::new((0..threads).map(|_| AtomicUsize::new(0)).collect());
-        let sum = Arc::new(AtomicUsize::new(0));
-        let body = move |index: usize| {
-            for crossing in 1..=crossings {
-                work[index].store(crossing, Ordering::Relaxed);
-                let cross = barrier.cross(|_| {
-                    let total = work.iter().map(|one| one.load(Ordering::Relaxed)).sum();
-                    assert_eq!(total, crossing * work.len());
-                    sum.store(total, Ordering::Relaxed);
-                });
-                cross.unwrap();
-                assert_eq!(sum.load(Ordering::Relaxed), crossing * work.len());
-            }
-        };
-        let body = Arc::new(body);
-        let others: Vec<_> = (1..threads)
-            .map(|index| {
-                let body = Arc::clone(&body);
-                thread::spawn(move || body(index))
-            })
-            .collect();
-        body(0);
-        others.into_iter().for_each(|thread| thread.join().unwrap());
-    }
-
-    #[test]
-    fn two_threads_cross_three_times() {
-        model(3, || cross_and_look(2, 3));
-    }
-
-    #[test]
-    fn three_threads_cross_twice() {
-        model(2, || cross_and_look(3, 2));
-    }
-
-    #[test]
-    fn an_abort_is_never_missed() {
-        model(3, || {
-            let barrier = Arc::new(Barrier::with_cores(3, 0));
-            let note = Arc::new(AtomicUsize::new(0));
-            let waiter = |barrier: Arc<Barrier>, note: Arc<AtomicUsize>| {
-                move || {
-                    assert_eq!(barrier.cross(|_| unreachable!("one thread never arrives")), Err(Aborted));
-                    note.load(Ordering::Relaxed)
-                }
-            };
-            let one = thread::spawn(waiter(barrier.clone(), note.clone()));
-            let two = thread::spawn(waiter(barrier.clone(), note.clone()));
-            note.store(7, Ordering::Relaxed);
-            barrier.abort();
-            one.join().unwrap();
-            two.join().unwrap();
-        });
-    }
-
-    #[test]
-    fn an_abort_may_race_with_the_release() {
-        model(3, || {
-            let barrier = Arc::new(Barrier::with_cores(2, 0));
-            let other = Arc::clone(&barrier);
-            let aborter = Arc::clone(&barrier);
-            let other = thread::spawn(move || other.cross(|_| ()));
-            let aborter = thread::spawn(move || aborter.abort());
-            let _ = barrier.cross(|_| ());
-            let _ = other.join().unwrap();
-            aborter.join().unwrap();
-            assert_eq!(barrier.cross(|_| ()), Err(Aborted));
-        });
-    }
-
-    #[test]
-    fn a_newcomer_joins_behind_the_crossing() {
-        model(3, || {
-            let barrier = Arc::new(Barrier::with_cores(1, 0));
-            let seen = Arc::new(AtomicUsize::new(0));
-            let mut newcomer = None;
-            let crossed = barrier.cross(|turn| {
-                let pass = turn.pass();
-                let (barrier, told) = (Arc::clone(&barrier), Arc::clone(&seen));
-                newcomer = Some(thread::spawn(move || {
-                    barrier.join(pass).unwrap();
-                    assert_eq!(told.load(Ordering::Relaxed), 1);
-                    barrier.cross(|_| ()).unwrap();
-                }));
-                turn.set_threads(2);
-                seen.store(1, Ordering::Relaxed);
-            });
-            assert_eq!(crossed, Ok(true));
-            barrier.cross(|_| ()).unwrap();
-            newcomer.unwrap().join().unwrap();
-        });
     }
 }

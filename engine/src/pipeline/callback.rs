@@ -3,6 +3,9 @@
 //! Source: Bigler, Stephens and Parker 2006, section 5.3. The order within a frame: transactions, one-shots, serial
 //! animation, resize, changed; parallel animation; serial pre-render; parallel pre-render; the stages. A serial callback
 //! runs on one render thread (any of them) while the others stand at the barrier; a parallel one runs on all of them.
+//!
+//! Before a frame with an animation callback the picture counts as changed; the other callbacks say so themselves, with
+//! [`SafePoint::mark_changed`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

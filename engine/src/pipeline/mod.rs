@@ -1,6 +1,48 @@
-//! The parallel pipeline: threads, stages, transactions, callbacks.
+//! The parallel pipeline: threads, stages, transactions, callbacks. It knows nothing of rays.
 //!
 //! Source: Bigler, Stephens and Parker 2006, sections 5.2 and 5.3.
+//!
+//! A [`Pipeline`] owns the application's state and runs frames through a list of [`Stage`]s. Its render threads share the
+//! state while they work and meet at one [`barrier`] at the end of each turn. There, and only there, one of them changes
+//! the state: it carries out the transactions that other threads have sent through a [`Handle`], and calls the serial
+//! [`Callbacks`]. `README.md` beside this module explains the protocol.
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`barrier`] | where the threads meet |
+//! | `run`, `lead` | the loop of a render thread; what the last to arrive does at the barrier |
+//! | [`mod@stage`], [`display`], `buffers` | what is done with a frame, and where its pictures are |
+//! | `transaction`, `ticket`, `safe_point` | how other threads change the state, and hear of it |
+//! | [`callback`] | how the application takes part in the loop |
+//! | [`fault`] | how a panic becomes an error that names a component |
+//! | [`threads`], `config`, `report` | thread counts and pinning; settings; what a run took |
+//!
+//! ```
+//! use mobula::image::{Size, rgba8};
+//! use mobula::pipeline::{Balance, Config, DisplayStage, Frame, NullDisplay, Pipeline, stage};
+//!
+//! let mut pipeline = Pipeline::new(0_u8, Config::with_threads(2))?;
+//! pipeline.add_channel("main", Size::new(64, 48)?);
+//! pipeline.add_stage(stage("render", Balance::Balanced, |frame: &Frame<'_, u8>| {
+//!     let picture = frame.channels()[0].buffer;
+//!     for y in frame.share(picture.height()) {
+//!         picture.set_row(0, y, &[rgba8(*frame.state, 0, 0, 255); 64]);
+//!     }
+//! }));
+//! pipeline.add_stage(DisplayStage::new().with(0, NullDisplay));
+//! pipeline.callbacks().at_frame("brighten", 2, |point| *point.state = 200);
+//!
+//! let handle = pipeline.handle();
+//! let sender = std::thread::spawn(move || handle.send("dim", |red| *red = 100).wait());
+//! let report = pipeline.run(10)?;
+//! assert_eq!(report.frames, 10);
+//! match sender.join().expect("the sender does not panic") {
+//!     Ok(frame) => println!("frame {frame} is the first dim one"),
+//!     Err(error) => println!("too late: {error}"),
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
 pub mod barrier;
 mod buffers;
 pub mod callback;
@@ -49,9 +91,16 @@ pub struct Pipeline<S, B = FrameBuffer> {
     fault: Option<Fault>,
 }
 
-impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
-    /// A pipeline without channels and stages. Errors when the thread count is out of range.
+impl<S: Send + Sync + 'static> Pipeline<S> {
+    /// A pipeline without channels and stages, with [`FrameBuffer`]s. Errors when the thread count is out of range.
     pub fn new(state: S, config: Config) -> Result<Self, ThreadCountError> {
+        Self::with_buffers(state, config)
+    }
+}
+
+impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
+    /// A pipeline as [`new`](Pipeline::new) makes it, with buffers of another type.
+    pub fn with_buffers(state: S, config: Config) -> Result<Self, ThreadCountError> {
         config.check()?;
         threads::cores();
         if config.quiet_panics {
@@ -162,8 +211,9 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
         point.fault = fault.as_ref();
         let ended = callbacks.call(Moment::Termination, &mut point);
         if let Err(caught) = ended {
-            log::error!("{} failed at the end of the run: {}", caught.component, caught.message);
-            fault.get_or_insert(caught.at(0, shared.frame));
+            let later = caught.at(0, shared.frame);
+            log::error!("at the end of the run: {later}");
+            fault.get_or_insert(later);
         }
         leader.earlier += leader.run_start.elapsed();
         report.frames = leader.watch.frames();
@@ -172,6 +222,10 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
         report.serial_seconds = leader.serial.as_secs_f64();
         report.transactions = leader.transactions;
         report.threads.sort_by_key(|thread| thread.index);
+        report.notes.iter().for_each(|note| log::info!("{note}"));
+        if let Some(fault) = &fault {
+            log::error!("{fault}");
+        }
         self.fault = fault.clone();
         fault.map_or(Ok(report), Err)
     }

@@ -124,12 +124,13 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
             for (index, stage) in shared.stages.iter().enumerate().filter(|stage| stage.1.balance() == balance) {
                 let Some(stamp) = shared.buffers.stamp(index) else { continue };
                 let views = shared.buffers.views(index, &shared.channels);
-                // In an imbalanced stage each channel is the task of one thread.
-                let tasks =
-                    if balance == Balance::Imbalanced { views.chunks(1) } else { views.chunks(views.len().max(1)) };
-                for views in tasks {
-                    let mine = balance != Balance::Imbalanced || imbalanced % shared.members.len() == thread;
-                    imbalanced += usize::from(balance == Balance::Imbalanced);
+                // In an imbalanced stage each channel is the task of one thread; any other is one task of all.
+                let alone = balance == Balance::Imbalanced;
+                let tasks = if alone { views.len() } else { 1 };
+                for task in 0..tasks {
+                    let views = if alone { &views[task..=task] } else { &views[..] };
+                    let mine = !alone || imbalanced % shared.members.len() == thread;
+                    imbalanced += usize::from(alone);
                     if !mine {
                         continue;
                     }
@@ -211,16 +212,14 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     }
 
     fn note(&self, note: String) {
-        log::info!("{note}");
         let mut report = self.report.lock().unwrap_or_else(PoisonError::into_inner);
         if !report.notes.contains(&note) {
             report.notes.push(note);
         }
     }
 
-    /// Keeps the first fault.
+    /// Keeps the first fault. (It is logged when all have left: a logger may fail too.)
     fn note_fault(&self, fault: Fault) {
-        log::error!("{fault}");
         self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(fault);
     }
 

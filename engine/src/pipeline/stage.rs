@@ -96,8 +96,8 @@ pub struct View<'a, B = FrameBuffer> {
     pub size: Size,
     /// This stage's buffer.
     pub buffer: &'a B,
-    /// The buffer that has the frame before this one, if its size is the same. It may be `buffer` itself. In pipelines
-    /// whose later stages only read, it holds that frame unchanged.
+    /// In stage 0: the buffer with the newest picture of this size before this frame, which may be `buffer` itself. Where
+    /// the later stages only read, it is as stage 0 left it. None in later stages.
     pub previous: Option<&'a B>,
 }
 
@@ -105,6 +105,11 @@ impl<'a, S, B> Frame<'a, S, B> {
     /// The channels that this call is to work on: all of them, or one in an imbalanced stage.
     pub fn channels(&self) -> &'a [View<'a, B>] {
         self.views
+    }
+
+    /// This thread's even share of `0..items`, for balanced stages: the shares of all threads are `0..items`, each once.
+    pub fn share(&self, items: usize) -> std::ops::Range<usize> {
+        crate::balance::even_share(items, self.thread, self.threads)
     }
 
     /// Asks for one more frame although nothing changed: for pictures that are refined step by step.

@@ -1,7 +1,8 @@
 //! How many render threads there may be, and which core each is pinned to.
 //!
 //! Pinning is best effort: a pipeline pins its threads only while it has no more of them than the process has cores, and
-//! never to a core that another pipeline of the process uses.
+//! never to a core that another pipeline of the process uses. What was not pinned is in the notes of the
+//! [`Report`](super::Report).
 
 use std::sync::{Mutex, OnceLock};
 
@@ -42,7 +43,9 @@ static TAKEN: Mutex<Vec<usize>> = Mutex::new(Vec::new());
 /// refuses.
 pub(super) fn pin_current() -> Option<Pinned> {
     let mut taken = TAKEN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let free = (0..cores().len()).find(|place| !taken.contains(place))?;
+    // Processes with few threads each should not all begin with the first core.
+    let first = std::process::id() as usize;
+    let free = (0..cores().len()).map(|place| (first + place) % cores().len()).find(|place| !taken.contains(place))?;
     core_affinity::set_for_current(cores()[free]).then(|| {
         taken.push(free);
         Pinned(free)

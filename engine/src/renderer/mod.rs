@@ -4,6 +4,8 @@ mod inspect;
 mod primary;
 mod raytracer;
 mod runs;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 

@@ -43,6 +43,8 @@ impl<const N: usize> Scene<N> {
         let up = description.up.unwrap_or_else(|| Up::guess(geometry.bounds()));
         let default = MaterialDescription::default();
         let materials = description.materials.iter().map(|named| &named.material).chain([&default]);
+        let casts_shadow =
+            |index: u32| description.materials.get(index as usize).is_none_or(|named| named.material.casts_shadow());
         let lights = match &description.lights[..] {
             [] => default_lights(geometry.bounds(), up),
             lights => lights.to_vec(),
@@ -53,7 +55,7 @@ impl<const N: usize> Scene<N> {
             ambient: light::Ambient::new(&description.ambient, up),
             background: background::build(&description.background, up),
             shadows: true,
-            acceleration: kind.build(&geometry),
+            acceleration: kind.build(&geometry, &casts_shadow),
             geometry,
             up,
             view: description.view,
@@ -84,7 +86,8 @@ impl<const N: usize> Scene<N> {
         &*self.materials[(index as usize).min(self.materials.len() - 1)]
     }
 
-    /// Replaces a material. Does nothing if there is no such index.
+    /// Replaces a material. Does nothing if there is no such index. Which materials cast shadows was settled when the
+    /// scene was built.
     pub fn set_material(&mut self, index: u32, material: Arc<dyn Material<N>>) {
         if let Some(place) = self.materials.get_mut(index as usize) {
             *place = material;

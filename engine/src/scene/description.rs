@@ -104,6 +104,13 @@ impl Default for PhongDescription {
     }
 }
 
+impl MaterialDescription {
+    /// Do its surfaces stop light? Those that let half of it through, or more, are taken to let all through.
+    pub fn casts_shadow(&self) -> bool {
+        !matches!(self, Self::Phong(phong) if phong.transparency >= 0.5)
+    }
+}
+
 impl Default for MaterialDescription {
     /// A light grey, matt.
     fn default() -> Self {

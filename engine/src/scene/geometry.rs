@@ -8,21 +8,12 @@ use glam::Vec3;
 use super::{Mesh, Object, Spheres};
 
 /// A scene cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneError {
     /// More primitives than there are ids.
+    #[error("the scene has 2^32 - 1 primitives or more: more than there are ids")]
     TooManyPrimitives,
 }
-
-impl std::fmt::Display for SceneError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::TooManyPrimitives => write!(f, "the scene has 2^32 - 1 primitives or more: more than there are ids"),
-        }
-    }
-}
-
-impl std::error::Error for SceneError {}
 
 /// What was found in a scene's objects, and what had to be left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,1 +1,183 @@
+//! Every pixel is rendered, once, whatever the sizes; coarse pictures become fine; deadlines hold.
 
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::balance::BalancerKind;
+
+/// Counts how often each pixel of each channel was covered, and by what step; keeps pictures like a frame buffer.
+struct Canvas {
+    pictures: Vec<(Size, Mutex<Vec<usize>>)>,
+    times: Mutex<Vec<Fragment>>,
+    can_keep: bool,
+    nap: Duration,
+}
+
+impl Canvas {
+    fn new(sizes: &[Size]) -> Self {
+        let picture = |&size: &Size| (size, Mutex::new(vec![0; size.pixels()]));
+        Self {
+            pictures: sizes.iter().map(picture).collect(),
+            times: Mutex::default(),
+            can_keep: false,
+            nap: Duration::ZERO,
+        }
+    }
+
+    /// The step that each pixel was last rendered with, if all are the same.
+    fn step(&self) -> Option<usize> {
+        let steps: Vec<_> = self.pictures.iter().flat_map(|picture| picture.1.lock().unwrap().clone()).collect();
+        steps.iter().all(|&step| step == steps[0]).then(|| steps[0])
+    }
+}
+
+impl FragmentRenderer for Canvas {
+    fn render(&self, fragment: &Fragment) {
+        let (size, steps) = &self.pictures[fragment.channel];
+        assert!(fragment.x0 < fragment.x1 && fragment.x1 <= size.width(), "{fragment:?}");
+        assert!(fragment.y0 < fragment.y1 && fragment.y1 <= size.height(), "{fragment:?}");
+        std::thread::sleep(self.nap);
+        self.times.lock().unwrap().push(*fragment);
+        let mut steps = steps.lock().unwrap();
+        for y in fragment.y0..fragment.y1 {
+            steps[y * size.width()..][fragment.x0..fragment.x1].fill(fragment.step);
+        }
+    }
+
+    fn keep(&self, _: &Fragment) -> bool {
+        self.can_keep
+    }
+}
+
+/// Runs one frame; returns whether another one would refine it, and how many pixels were rendered.
+fn frame(traverser: &mut dyn ImageTraverser, canvas: &Canvas, threads: usize, changed: bool) -> (bool, usize) {
+    let sizes: Vec<_> = canvas.pictures.iter().map(|picture| picture.0).collect();
+    canvas.times.lock().unwrap().clear();
+    traverser.begin(&sizes, threads, changed);
+    let traverser = &*traverser;
+    let more = std::thread::scope(|scope| {
+        let threads: Vec<_> =
+            (0..threads).map(|thread| scope.spawn(move || traverser.traverse(thread, canvas))).collect();
+        threads.into_iter().fold(false, |more, thread| more | thread.join().unwrap())
+    });
+    (more, canvas.times.lock().unwrap().iter().map(Fragment::pixels).sum())
+}
+
+fn size() -> impl Strategy<Value = Size> {
+    (1..80_usize, 1..80_usize).prop_map(|(width, height)| Size::new(width, height).unwrap())
+}
+
+fn balancer() -> impl Strategy<Value = BalancerKind> {
+    prop::sample::select(vec!["work-queue", "work-queue:5", "cyclic", "static"]).prop_map(|name| name.parse().unwrap())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn every_pixel_of_every_channel_once(
+        sizes in prop::collection::vec(size(), 0..4),
+        (width, height) in (0..90_usize, 0..90_usize),
+        balancer in balancer(),
+        threads in 1..6_usize,
+        kind in prop::sample::select(vec!["tiled", "progressive", "deadline:1e6"]),
+    ) {
+        let mut traverser = kind.parse::<TraverserKind>().unwrap().build(TileSize { width, height }, balancer);
+        let mut canvas = Canvas::new(&sizes);
+        let pixels: usize = sizes.iter().map(|size| size.pixels()).sum();
+        let mut steps = Vec::new();
+        for frames in 1.. {
+            let (more, rendered) = frame(&mut *traverser, &canvas, threads, frames == 1);
+            prop_assert_eq!(rendered, pixels, "each pixel is covered once in a frame");
+            prop_assert!(canvas.times.lock().unwrap().iter().all(|fragment| fragment.samples() <= fragment.pixels()));
+            prop_assert!(frames <= 5);
+            if pixels > 0 {
+                steps.push(canvas.step().unwrap());
+            }
+            if !more {
+                break;
+            }
+        }
+        prop_assert!(pixels == 0 || steps.last() == Some(&1), "{:?}", steps);
+        prop_assert!(steps.windows(2).all(|pair| pair[1] < pair[0]), "{:?}", steps);
+        // A finished picture is kept if it can be, and rendered again if not.
+        let (more, rendered) = frame(&mut *traverser, &canvas, threads, false);
+        prop_assert!(!more || kind.starts_with("deadline"));
+        if kind != "deadline:1e6" {
+            prop_assert_eq!(rendered, pixels);
+        }
+        while frame(&mut *traverser, &canvas, threads, false).0 && kind != "tiled" {}
+        canvas.can_keep = true;
+        let (more, rendered) = frame(&mut *traverser, &canvas, threads, false);
+        prop_assert_eq!((more, rendered), (false, if kind == "tiled" { pixels } else { 0 }));
+        // A change begins anew.
+        let (_, rendered) = frame(&mut *traverser, &canvas, threads, true);
+        prop_assert_eq!(rendered, pixels);
+    }
+}
+
+#[test]
+fn a_single_pixel_on_many_threads() {
+    for kind in ["tiled", "progressive", "deadline:1e6"] {
+        let mut traverser = kind.parse::<TraverserKind>().unwrap().build(TileSize::default(), BalancerKind::default());
+        let canvas = Canvas::new(&[Size::new(1, 1).unwrap()]);
+        assert_eq!(frame(&mut *traverser, &canvas, 32, true).1, 1);
+    }
+}
+
+#[test]
+fn the_null_traverser_renders_nothing() {
+    let mut traverser = TraverserKind::Null.build(TileSize::default(), BalancerKind::default());
+    assert_eq!(frame(&mut *traverser, &Canvas::new(&[Size::new(9, 9).unwrap()]), 3, true), (false, 0));
+}
+
+/// 100 tiles of 1 ms on two threads do not fit into 20 ms: the frame ends in time, and later frames do the rest.
+#[test]
+fn a_deadline_is_kept_and_the_rest_comes_later() {
+    let limit = Duration::from_millis(20);
+    let tile = TileSize { width: 10, height: 10 };
+    let mut traverser = TraverserKind::Deadline(limit).build(tile, BalancerKind::default());
+    let mut canvas = Canvas::new(&[Size::new(100, 100).unwrap()]);
+    (canvas.can_keep, canvas.nap) = (true, Duration::from_millis(1));
+    let (mut times, mut frames) = (Vec::new(), 0);
+    loop {
+        let start = Instant::now();
+        let (more, rendered) = frame(&mut *traverser, &canvas, 2, frames == 0);
+        times.push(start.elapsed());
+        frames += 1;
+        assert!(rendered <= 40 * 100, "more tiles than fit into the time");
+        assert!(frames < 500, "it does not get any further");
+        if !more {
+            break;
+        }
+    }
+    assert_eq!(canvas.step(), Some(1));
+    assert!(frames >= 13, "500 ms of work in frames of 40 ms");
+    times.sort();
+    assert!(times[times.len() / 2] < limit * 3 / 2, "median frame {:?}", times[times.len() / 2]);
+}
+
+/// When every frame brings a change and none has the time for a whole picture, all tiles still have their turn.
+#[test]
+fn a_deadline_starves_no_tile() {
+    let mut traverser = TraverserKind::Deadline(Duration::from_millis(8))
+        .build(TileSize { width: 10, height: 10 }, BalancerKind::default());
+    let mut canvas = Canvas::new(&[Size::new(70, 70).unwrap()]);
+    (canvas.can_keep, canvas.nap) = (true, Duration::from_millis(1));
+    for _ in 0..80 {
+        frame(&mut *traverser, &canvas, 1, true);
+    }
+    assert!(canvas.pictures[0].1.lock().unwrap().iter().all(|&step| step > 0));
+}
+
+#[test]
+fn unknown_traversers_list_the_known_ones() {
+    assert_eq!("deadline:12.5".parse(), Ok(TraverserKind::Deadline(Duration::from_micros(12_500))));
+    for name in ["", "deadline", "deadline:0", "deadline:-1", "deadline:NaN", "deadline:inf", "tile"] {
+        let error = name.parse::<TraverserKind>().unwrap_err().to_string();
+        assert!(error.contains("tiled, progressive, deadline:MILLISECONDS or null"), "{error}");
+    }
+}

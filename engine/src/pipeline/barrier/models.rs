@@ -1,0 +1,125 @@
+//! All interleavings of two and three threads, by loom.
+//!
+//! `RUSTFLAGS="--cfg loom" cargo test --release -p mobula --lib barrier`
+
+use std::sync::Arc;
+
+use loom::thread;
+
+use super::*;
+
+fn model(preemptions: usize, body: impl Fn() + Sync + Send + 'static) {
+    let mut builder = loom::model::Builder::new();
+    builder.preemption_bound = Some(preemptions);
+    builder.check(body);
+}
+
+/// Relaxed accesses see each other only through the barrier's own ordering: before it to the serial part, from there
+/// to all behind it.
+fn cross_and_look(threads: usize, crossings: usize, cores: usize) {
+    let barrier = Arc::new(Barrier::with_cores(threads, cores));
+    let work: Arc<Vec<_>> = Arc::new((0..threads).map(|_| AtomicUsize::new(0)).collect());
+    let sum = Arc::new(AtomicUsize::new(0));
+    let body = move |index: usize| {
+        for crossing in 1..=crossings {
+            work[index].store(crossing, Ordering::Relaxed);
+            let cross = barrier.cross(|_| {
+                let total = work.iter().map(|one| one.load(Ordering::Relaxed)).sum();
+                assert_eq!(total, crossing * work.len());
+                sum.store(total, Ordering::Relaxed);
+            });
+            cross.unwrap();
+            assert_eq!(sum.load(Ordering::Relaxed), crossing * work.len());
+        }
+    };
+    let body = Arc::new(body);
+    let others: Vec<_> = (1..threads)
+        .map(|index| {
+            let body = Arc::clone(&body);
+            thread::spawn(move || body(index))
+        })
+        .collect();
+    body(0);
+    others.into_iter().for_each(|thread| thread.join().unwrap());
+}
+
+#[test]
+fn two_threads_cross_three_times() {
+    model(3, || cross_and_look(2, 3, 0));
+}
+
+#[test]
+fn two_threads_that_spin_cross_twice() {
+    model(3, || cross_and_look(2, 2, 2));
+}
+
+#[test]
+fn three_threads_that_spin_cross_once() {
+    model(2, || cross_and_look(3, 1, 3));
+}
+
+#[test]
+fn three_threads_cross_twice() {
+    model(2, || cross_and_look(3, 2, 0));
+}
+
+#[test]
+fn an_abort_is_never_missed() {
+    for cores in [0, 3] {
+        model(2, move || abort_two_waiters(cores));
+    }
+}
+
+fn abort_two_waiters(cores: usize) {
+    let barrier = Arc::new(Barrier::with_cores(3, cores));
+    let note = Arc::new(AtomicUsize::new(0));
+    let waiter = |barrier: Arc<Barrier>, note: Arc<AtomicUsize>| {
+        move || {
+            assert_eq!(barrier.cross(|_| unreachable!("one thread never arrives")), Err(Aborted));
+            note.load(Ordering::Relaxed)
+        }
+    };
+    let one = thread::spawn(waiter(barrier.clone(), note.clone()));
+    let two = thread::spawn(waiter(barrier.clone(), note.clone()));
+    note.store(7, Ordering::Relaxed);
+    barrier.abort();
+    assert_eq!((one.join().unwrap(), two.join().unwrap()), (7, 7));
+}
+
+#[test]
+fn an_abort_may_race_with_the_release() {
+    model(3, || {
+        let barrier = Arc::new(Barrier::with_cores(2, 0));
+        let other = Arc::clone(&barrier);
+        let aborter = Arc::clone(&barrier);
+        let other = thread::spawn(move || other.cross(|_| ()));
+        let aborter = thread::spawn(move || aborter.abort());
+        let _ = barrier.cross(|_| ());
+        let _ = other.join().unwrap();
+        aborter.join().unwrap();
+        assert_eq!(barrier.cross(|_| ()), Err(Aborted));
+    });
+}
+
+#[test]
+fn a_newcomer_joins_behind_the_crossing() {
+    model(3, || {
+        let barrier = Arc::new(Barrier::with_cores(1, 0));
+        let seen = Arc::new(AtomicUsize::new(0));
+        let mut newcomer = None;
+        let crossed = barrier.cross(|turn| {
+            let pass = turn.pass();
+            let (barrier, told) = (Arc::clone(&barrier), Arc::clone(&seen));
+            newcomer = Some(thread::spawn(move || {
+                barrier.join(pass).unwrap();
+                assert_eq!(told.load(Ordering::Relaxed), 1);
+                barrier.cross(|_| ()).unwrap();
+            }));
+            turn.set_threads(2);
+            seen.store(1, Ordering::Relaxed);
+        });
+        assert_eq!(crossed, Ok(true));
+        barrier.cross(|_| ()).unwrap();
+        newcomer.unwrap().join().unwrap();
+    });
+}

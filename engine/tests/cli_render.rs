@@ -1,0 +1,118 @@
+//! `mobula render` and `mobula info`: pictures, JSON, and what is said where.
+
+mod support;
+
+use std::fs;
+
+use serde_json::Value;
+use support::{Folder, PYRAMID, picture};
+
+#[test]
+fn a_mesh_becomes_a_picture_and_one_json_object() {
+    let folder = Folder::new("render");
+    folder.write("pyramid.obj", PYRAMID);
+    let done = folder.run(&[
+        "render", "pyramid.obj", "-o", "out.png", "--size", "90x60", "--threads", "2", "--frames", "3", "--json",
+        "--stats", "--isa", "sse2", "--packet", "16",
+    ]);
+    assert_eq!(done.code, Some(0), "{done:?}");
+    assert_eq!(done.err.lines().next(), Some("mobula: sse2, packets of 16 rays, 2 threads"));
+    assert!(done.err.contains("wrote out.png (90x60)"), "{}", done.err);
+    assert_eq!(done.out.lines().count(), 1);
+    let json: Value = serde_json::from_str(&done.out).unwrap();
+    assert_eq!(json["level"], "sse2");
+    assert_eq!(json["packet"], 16);
+    assert_eq!(json["threads"], 2);
+    assert_eq!(json["size"], serde_json::json!([90, 60]));
+    assert_eq!(json["frames"], 3);
+    assert_eq!(json["rays"]["primary"], 3 * 90 * 60);
+    assert!(json["rays"]["shadow"].as_u64().unwrap() > 0);
+    assert_eq!(json["output"], "out.png");
+    for key in ["seconds", "fps", "mrays_per_second"] {
+        assert!(json[key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    let (width, height, pixels) = picture(&folder.0.join("out.png"));
+    assert_eq!((width, height), (90, 60));
+    let colours: std::collections::HashSet<_> = pixels.chunks(3).collect();
+    assert!(colours.len() > 20, "{} colours", colours.len());
+    assert_eq!(folder.files(), ["out.png", "pyramid.obj"]);
+}
+
+#[test]
+fn every_path_gives_the_same_bytes() {
+    let folder = Folder::new("paths");
+    folder.write("pyramid.obj", PYRAMID);
+    let bytes = |options: &[&str]| {
+        let base = ["render", "pyramid.obj", "-o", "out.png", "--size", "61x37", "--isa", "scalar"];
+        let done = folder.run(&[&base, options].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        fs::read(folder.0.join("out.png")).unwrap()
+    };
+    let first = bytes(&[]);
+    for options in [
+        &["--packet", "1"][..],
+        &["--packet", "256", "--threads", "3"],
+        &["--balancer", "static", "--threads", "2"],
+        &["--balancer", "cyclic", "--frames", "4"],
+        &["--isa", "sse2"],
+        &["--accel", "brute"],
+    ] {
+        let options: Vec<&str> = options.to_vec();
+        let same = if options[0] == "--isa" {
+            let done = folder.run(&["render", "pyramid.obj", "-o", "out.png", "--size", "61x37", "--isa", "sse2"]);
+            assert_eq!(done.code, Some(0), "{done:?}");
+            fs::read(folder.0.join("out.png")).unwrap()
+        } else {
+            bytes(&options)
+        };
+        assert!(same == first, "{options:?} differs");
+    }
+    for options in [&["--no-shadows"][..], &["--renderer", "normal"], &["--samples", "9"], &["--background", "black"]] {
+        assert!(bytes(options) != first, "{options:?} changes nothing");
+    }
+}
+
+#[test]
+fn without_arguments_and_display_there_is_a_picture() {
+    let folder = Folder::new("default");
+    let done = folder.run(&["--size", "40x30"]);
+    assert_eq!(done.code, Some(0), "{done:?}");
+    assert!(done.err.contains("wrote mobula.png (40x30)") && done.err.contains("no display"), "{}", done.err);
+    assert_eq!(picture(&folder.0.join("mobula.png")).0, 40);
+}
+
+#[test]
+fn the_eye_can_be_placed() {
+    let folder = Folder::new("eye");
+    folder.write("pyramid.obj", PYRAMID);
+    // From below the floor, looking down: nothing but background.
+    let view = ["--eye", "0,-5,0", "--at", "0,-9,0.1", "--background", "0,1,0", "--fov", "30"];
+    let done = folder.run(&[&["render", "pyramid.obj", "-o", "out.png", "--size", "8x8"][..], &view].concat());
+    assert_eq!(done.code, Some(0), "{done:?}");
+    assert!(picture(&folder.0.join("out.png")).2.chunks(3).all(|pixel| pixel == [0, 255, 0]));
+}
+
+#[test]
+fn several_scenes_are_shown_together() {
+    let folder = Folder::new("several");
+    folder.write("pyramid.obj", PYRAMID);
+    let done = folder.run(&["render", "pyramid.obj", "gen:terr20k", "-o", "out.png", "--size", "16x16"]);
+    assert_eq!(done.code, Some(0), "{done:?}");
+    assert!(done.err.contains("pyramid: 6 triangles") && done.err.contains("gen:terr20k: 20,000 triangles"), "{done:?}");
+}
+
+#[test]
+fn info_tells_what_is_in_a_file() {
+    let folder = Folder::new("info");
+    folder.write("pyramid.obj", PYRAMID);
+    let done = folder.run(&["info", "pyramid.obj"]);
+    assert_eq!(done.code, Some(0), "{done:?}");
+    for text in ["format                OBJ", "bounds                (-2, 0, -2) to (2, 1.5, 2)", "triangles             6"] {
+        assert!(done.out.contains(text), "{text}: {}", done.out);
+    }
+    let done = folder.run(&["info", "pyramid.obj", "--json"]);
+    let json: Value = serde_json::from_str(&done.out).unwrap();
+    assert_eq!(json["format"], "OBJ");
+    assert_eq!(json["bounds"], serde_json::json!([[-2.0, 0.0, -2.0], [2.0, 1.5, 2.0]]));
+    assert_eq!((&json["vertices"], &json["faces"], &json["triangles"]), (&9.into(), &5.into(), &6.into()));
+}
