@@ -123,7 +123,7 @@ impl Cull for Frusta {
     fn gather(&mut self, groups: u32, class: u8) {
         self.travelling = groups;
         let axis = usize::from(class / 2) % 3;
-        let backward = class % 2 != 0;
+        let backward = class & 1 != 0;
         let [x, y, z] = AXES[axis];
         let (low_z, high_z) = (self.plane(z, false), self.plane(z, true));
         let mut side = self.all.side;
