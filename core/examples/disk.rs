@@ -55,11 +55,7 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
         let center = if COMMON_ORIGIN { center } else { sub(center, load3(token, rays.origins(), at)) };
         let direction = load3(token, rays.directions(), at);
         let t = center[2] / direction[2];
-        let off = [
-            direction[0].mul_sub(t, center[0]),
-            direction[1].mul_sub(t, center[1]),
-            token.splat(0.0),
-        ];
+        let off = [direction[0].mul_sub(t, center[0]), direction[1].mul_sub(t, center[1]), token.splat(0.0)];
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         (dot(off, off).lt(radius2) & t.gt(t_min) & t.le(t_max), t)
     }

@@ -38,11 +38,7 @@ pub trait RayTest: 'static {
     fn derive<T: Token, const N: usize>(_token: T, _rays: &mut Rays<N>) {}
 
     /// Prepares a primitive; once per packet and primitive.
-    fn prepare<T: Token, const N: usize>(
-        token: T,
-        primitive: &Self::Primitive,
-        rays: &Rays<N>,
-    ) -> Self::Prepared<T>;
+    fn prepare<T: Token, const N: usize>(token: T, primitive: &Self::Primitive, rays: &Rays<N>) -> Self::Prepared<T>;
 
     /// Which of the rays from `at` hit within their intervals, and where.
     fn test<T: Token, const N: usize>(

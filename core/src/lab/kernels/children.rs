@@ -132,7 +132,10 @@ impl<const CASE: u8> Kernel for Children<CASE> {
                         continue;
                     }
                     if truth.t.is_some() != (met >> slot & 1 != 0) {
-                        return Err(format!("ray {i} and {low:?} {high:?}: {truth:?}, met {met:#x}; {:?}", draft.rays[i]));
+                        return Err(format!(
+                            "ray {i} and {low:?} {high:?}: {truth:?}, met {met:#x}; {:?}",
+                            draft.rays[i]
+                        ));
                     }
                     let node = draft.primitives.len() - 1 - at;
                     let near = f64::from(outcome.extra((i * draft.primitives.len() + node) * 8 + slot));
@@ -246,4 +249,3 @@ impl Kernel for Beams {
 fn exact(draft: &Draft<Planes>, i: usize) -> oracle::Ray {
     draft.rays[i].exact()
 }
-

@@ -213,7 +213,8 @@ impl Exact {
         let side = self.at(start).signum();
         let last = self.crossing(-side * self.error, start, outer)?;
         let first_side = self.at(from).signum();
-        let first = if self.at(from).abs() <= self.error { from } else { self.crossing(first_side * self.error, from, to)? };
+        let first =
+            if self.at(from).abs() <= self.error { from } else { self.crossing(first_side * self.error, from, to)? };
         let (first, last) = (first - self.t_error, last + self.t_error);
         Some((clear(Some(0.5 * (first + last))), 0.5 * (last - first) / guard))
     }

@@ -8,7 +8,7 @@ pub mod slab;
 pub mod sphere;
 pub mod triangle;
 
-use super::find::{ANY, Find, FULL, CLOSEST};
+use super::find::{ANY, CLOSEST, FULL, Find};
 use children::{Beams, Children};
 use iso_cell::IsoCell;
 use packet_operations::{Bounds, Inverse, Normalize, Shears};

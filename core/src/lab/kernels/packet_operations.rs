@@ -190,7 +190,8 @@ impl<const COMMON_ORIGIN: bool> Kernel for Bounds<COMMON_ORIGIN> {
                 return Err(format!("ray {i} is out of bounds: {ray:?}"));
             }
         }
-        let tight = draft.range.is_empty() || draft.rays[draft.range.clone()].iter().all(|r| r.t_max < outcome.extra(13));
+        let tight =
+            draft.range.is_empty() || draft.rays[draft.range.clone()].iter().all(|r| r.t_max < outcome.extra(13));
         if tight && !draft.range.is_empty() && !outcome.extra(13).is_nan() {
             return Err(format!("nothing reaches as far as {:e}", outcome.extra(13)));
         }

@@ -46,7 +46,11 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(token: T, &[x, y, z, radius]: &[f32; 4], rays: &Rays<N>) -> ([T::F32; 3], T::F32) {
+    fn prepare<T: Token, const N: usize>(
+        token: T,
+        &[x, y, z, radius]: &[f32; 4],
+        rays: &Rays<N>,
+    ) -> ([T::F32; 3], T::F32) {
         let mut center = [x, y, z];
         if COMMON_ORIGIN {
             for (x, origin) in center.iter_mut().zip(rays.origins()) {

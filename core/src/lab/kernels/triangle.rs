@@ -4,8 +4,8 @@ use mobula_simd::{I32Lanes, Token};
 
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::kernel::{load3, splat3, sub};
-use crate::lab::find::{RayTest, in_reach, ray_in_reach};
 use crate::lab::Dice;
+use crate::lab::find::{RayTest, in_reach, ray_in_reach};
 use crate::oracle::{self, Truth};
 use crate::rays::last_axis;
 use crate::{Properties, Rays};
