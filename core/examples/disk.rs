@@ -1,5 +1,5 @@
 //! A primitive that the workspace does not know, with a special case, registered from outside: its differential check and
-//! its rows of the matrix. `cargo run --release -p mobula-core --example disk`
+//! its rows of the matrix. `cargo run --release -p mobula-core --features lab --example disk`
 
 use mobula_core::kernel::{dot, load3, splat3, sub};
 use mobula_core::lab::{Dice, Find, Plan, RayTest, WIDTHS};

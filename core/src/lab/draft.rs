@@ -113,7 +113,7 @@ impl<P> Draft<P> {
 
     /// Bends the directions until the promises are true.
     fn keep_promises(&mut self) {
-        let Some(first) = self.rays.get(self.range.start).copied() else { return };
+        let Some(first) = self.rays.get(self.range.start).or(self.rays.first()).copied() else { return };
         for ray in &mut self.rays {
             let d = &mut ray.direction;
             if self.promises.contains(Properties::NORMALIZED_DIRECTIONS) {

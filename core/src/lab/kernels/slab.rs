@@ -103,7 +103,9 @@ impl<const CASE: u8> RayTest for Slab<CASE> {
 
 /// What the oracle says of a box, where it can tell.
 pub(super) fn box_truth(low: [f32; 3], high: [f32; 3], ray: &oracle::Ray) -> Option<(Truth, f64)> {
-    let usual = ray.direction.iter().all(|&d| in_reach(d as f32));
+    // A NaN makes the answer arbitrary; most are out of reach anyway.
+    let interval = !ray.t_min.is_nan() && !ray.t_max.is_nan();
+    let usual = interval && ray.direction.iter().all(|&d| in_reach(d as f32));
     if !usual || !ray_in_reach(ray) || !low.iter().chain(&high).all(|&x| in_reach(x)) {
         return None;
     }
