@@ -20,6 +20,7 @@ pub struct Disk<const COMMON_ORIGIN: bool>;
 impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     type Primitive = Facing;
     type General = Disk<false>;
+    type Common = [f32; 3];
     type Prepared<T: Token> = ([T::F32; 3], T::F32);
     const PROMISES: Properties = if COMMON_ORIGIN { Properties::COMMON_ORIGIN } else { Properties::empty() };
 
@@ -35,12 +36,15 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(token: T, disk: &Facing, rays: &Rays<N>) -> ([T::F32; 3], T::F32) {
+    fn common<const N: usize>(rays: &Rays<N>) -> [f32; 3] {
+        rays.ray(rays.range().start % N).0.to_array()
+    }
+
+    #[inline(always)]
+    fn prepare<T: Token>(token: T, disk: &Facing, origin: [f32; 3]) -> ([T::F32; 3], T::F32) {
         let mut center = disk.center;
         if COMMON_ORIGIN {
-            for (x, origin) in center.iter_mut().zip(rays.origins()) {
-                *x -= origin[rays.range().start % N];
-            }
+            center = [center[0] - origin[0], center[1] - origin[1], center[2] - origin[2]];
         }
         (splat3(token, center), token.splat(disk.radius * disk.radius))
     }
@@ -49,17 +53,14 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     fn test<T: Token, const N: usize>(
         token: T,
         &(center, radius2): &([T::F32; 3], T::F32),
+        _origin: [f32; 3],
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
         let center = if COMMON_ORIGIN { center } else { sub(center, load3(token, rays.origins(), at)) };
         let direction = load3(token, rays.directions(), at);
         let t = center[2] / direction[2];
-        let off = [
-            direction[0].mul_sub(t, center[0]),
-            direction[1].mul_sub(t, center[1]),
-            token.splat(0.0),
-        ];
+        let off = [direction[0].mul_sub(t, center[0]), direction[1].mul_sub(t, center[1]), token.splat(0.0)];
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         (dot(off, off).lt(radius2) & t.gt(t_min) & t.le(t_max), t)
     }

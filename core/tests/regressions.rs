@@ -3,7 +3,7 @@
 use mobula_core::kernel::bounds::{PacketBounds, packet_bounds};
 use mobula_core::kernel::iso_cell::{coefficients, iso_cell};
 use mobula_core::kernel::splat3;
-use mobula_core::simd::{AnyToken, MaskLanes, F32Lanes, Task, Token};
+use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
 use mobula_core::{Properties, Rays};
 
 /// One ray against a unit cell, in every lane.

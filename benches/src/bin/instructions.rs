@@ -89,7 +89,8 @@ fn report(baseline: Option<&str>) -> ExitCode {
             };
             println!("{name},{instructions:.3}");
             let lines = baseline.iter().flat_map(|text| text.lines());
-            let before = lines.filter_map(|line| line.strip_prefix(&name)?.strip_prefix(',')?.parse::<f64>().ok()).next();
+            let before =
+                lines.filter_map(|line| line.strip_prefix(&name)?.strip_prefix(',')?.parse::<f64>().ok()).next();
             if before.is_some_and(|before| instructions > before * TOLERANCE) {
                 eprintln!("{name}: {instructions:.3} instructions a test, were {:.3}", before.unwrap_or(0.0));
                 worse += 1;

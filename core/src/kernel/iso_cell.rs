@@ -113,12 +113,7 @@ fn along<F: F32Lanes>(field: &[F; 8], origin: [F; 3], direction: [F; 3], near: F
     let gz = zx.mul_add(x, kyz.mul_add(y, kz));
     let value = gx.mul_add(x, kyz.mul_add(y, kz).mul_add(z, ky.mul_add(y, k)));
     let (dxy, dyz, dzx) = (dx * dy, dy * dz, dz * dx);
-    [
-        value,
-        gz.mul_add(dz, gy.mul_add(dy, gx * dx)),
-        zx.mul_add(dzx, yz.mul_add(dyz, xy * dxy)),
-        kxyz * (dxy * dz),
-    ]
+    [value, gz.mul_add(dz, gy.mul_add(dy, gx * dx)), zx.mul_add(dzx, yz.mul_add(dyz, xy * dxy)), kxyz * (dxy * dz)]
 }
 
 /// The cubic's value.

@@ -61,7 +61,7 @@ impl<P> Draft<P> {
         if dice.one_in(2) {
             dice.draw_style();
         }
-        let range = if dice.one_in(2) && !K::ALL_ACTIVE {
+        let range = if dice.one_in(2) {
             let begin = dice.below(width + 1);
             begin..begin + dice.below(width - begin + 1)
         } else {
@@ -102,13 +102,6 @@ impl<P> Draft<P> {
         let mut draft = Self { rays, range: 0..width, primitives, promises: K::PROMISES };
         draft.keep_promises();
         draft
-    }
-
-    /// Makes other rays active, where the kernel allows it.
-    pub(super) fn set_range<K: Kernel<Primitive = P>>(&mut self, range: Range<usize>) {
-        if !K::ALL_ACTIVE {
-            self.range = range;
-        }
     }
 
     /// Bends the directions until the promises are true.

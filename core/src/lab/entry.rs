@@ -115,7 +115,12 @@ impl Entry {
     /// # Panics
     /// If `width` is not one of [`WIDTHS`].
     pub fn check_ranges(&self, token: AnyToken, width: usize, seed: u64) -> Result<(), Counterexample> {
-        self.lab.check_ranges(token, place(width), seed).map_err(|what| Counterexample { kernel: *self, token, width, what })
+        self.lab.check_ranges(token, place(width), seed).map_err(|what| Counterexample {
+            kernel: *self,
+            token,
+            width,
+            what,
+        })
     }
 
     /// Times the kernel on the packet of a pinhole camera, and checks it on the same input.
@@ -207,7 +212,17 @@ fn packet<K: Kernel>(place: usize, draft: &Draft<K::Primitive>) -> alloc::boxed:
     fn of<K: Kernel, const N: usize>(draft: &Draft<K::Primitive>) -> alloc::boxed::Box<dyn Bench> {
         alloc::boxed::Box::new(Packet::<K, N>(Work::new(draft, K::extra(N, draft.primitives.len()))))
     }
-    let make = [of::<K, 1>, of::<K, 2>, of::<K, 4>, of::<K, 8>, of::<K, 16>, of::<K, 32>, of::<K, 64>, of::<K, 128>, of::<K, 256>];
+    let make = [
+        of::<K, 1>,
+        of::<K, 2>,
+        of::<K, 4>,
+        of::<K, 8>,
+        of::<K, 16>,
+        of::<K, 32>,
+        of::<K, 64>,
+        of::<K, 128>,
+        of::<K, 256>,
+    ];
     make[place](draft)
 }
 
@@ -259,7 +274,7 @@ impl<K: Kernel> Lab for Of<K> {
         let mut draft = Draft::draw::<K>(&mut Dice::from_seed(seed), WIDTHS[place]);
         for begin in 0..=WIDTHS[place] {
             for end in begin..=WIDTHS[place] {
-                draft.set_range::<K>(begin..end);
+                draft.range = begin..end;
                 judge::<K>(token, place, &draft).map_err(|what| describe(&what, &draft.range))?;
             }
         }

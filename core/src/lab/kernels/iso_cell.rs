@@ -38,6 +38,7 @@ pub struct Prepared<F> {
 impl RayTest for IsoCell {
     type Primitive = Cell;
     type General = Self;
+    type Common = ();
     type Prepared<T: Token> = Prepared<T::F32>;
 
     fn draw(dice: &mut Dice<'_>) -> Cell {
@@ -62,7 +63,10 @@ impl RayTest for IsoCell {
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(token: T, cell: &Cell, _rays: &Rays<N>) -> Prepared<T::F32> {
+    fn common<const N: usize>(_rays: &Rays<N>) {}
+
+    #[inline(always)]
+    fn prepare<T: Token>(token: T, cell: &Cell, (): ()) -> Prepared<T::F32> {
         let mut field = [token.splat(0.0); 8];
         for (out, k) in field.iter_mut().zip(coefficients(&cell.values, 0.0)) {
             *out = token.splat(k);
@@ -79,6 +83,7 @@ impl RayTest for IsoCell {
     fn test<T: Token, const N: usize>(
         token: T,
         cell: &Prepared<T::F32>,
+        (): (),
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
@@ -223,7 +228,8 @@ impl Exact {
         let side = self.at(start).signum();
         let last = self.crossing(-side * self.error, start, outer)?;
         let first_side = self.at(from).signum();
-        let first = if self.at(from).abs() <= self.error { from } else { self.crossing(first_side * self.error, from, to)? };
+        let first =
+            if self.at(from).abs() <= self.error { from } else { self.crossing(first_side * self.error, from, to)? };
         let (first, last) = (first - self.t_error, last + self.t_error);
         Some((clear(Some(0.5 * (first + last))), 0.5 * (last - first) / guard))
     }

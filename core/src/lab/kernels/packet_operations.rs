@@ -54,11 +54,16 @@ impl Kernel for Inverse {
     fn verify(draft: &Draft<()>, outcome: &Outcome) -> Result<(), String> {
         let mut signs = [[false; 2]; 3];
         for i in draft.range.clone() {
-            let greatest = draft.rays[i].direction.into_iter().fold(0.0, |g, d| if d.abs() > g || d.is_nan() { d.abs() } else { g });
+            let greatest = draft.rays[i]
+                .direction
+                .into_iter()
+                .fold(0.0, |g, d| if d.abs() > g || d.is_nan() { d.abs() } else { g });
             for (axis, (d, inverse)) in draft.rays[i].direction.into_iter().zip(outcome.inverse(i)).enumerate() {
                 signs[axis][usize::from(d.is_sign_negative())] = true;
                 let finite = inverse.is_finite() && (d.is_nan() || inverse.is_sign_negative() == d.is_sign_negative());
-                if !d.is_nan() && (!finite || in_reach(d) && d.abs() > greatest * 1e-11 && !near(inverse, 1.0 / f64::from(d))) {
+                if !d.is_nan()
+                    && (!finite || in_reach(d) && d.abs() > greatest * 1e-11 && !near(inverse, 1.0 / f64::from(d)))
+                {
                     return Err(format!("ray {i}: 1 / {d:e} is {inverse:e}"));
                 }
             }
@@ -191,7 +196,8 @@ impl<const COMMON_ORIGIN: bool> Kernel for Bounds<COMMON_ORIGIN> {
                 return Err(format!("ray {i} is out of bounds: {ray:?}"));
             }
         }
-        let tight = draft.range.is_empty() || draft.rays[draft.range.clone()].iter().all(|r| r.t_max < outcome.extra(13));
+        let tight =
+            draft.range.is_empty() || draft.rays[draft.range.clone()].iter().all(|r| r.t_max < outcome.extra(13));
         if tight && !draft.range.is_empty() && !outcome.extra(13).is_nan() {
             return Err(format!("nothing reaches as far as {:e}", outcome.extra(13)));
         }
