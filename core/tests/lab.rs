@@ -1,8 +1,6 @@
 //! Every registered kernel, special case, level and width: equal to its twin bit for bit, to the general path where it
 //! only hoists, to the oracle within its bound; inactive rays untouched. One test a level.
 
-use std::io::Write;
-
 use mobula_core::lab::{Dice, KERNELS, WIDTHS};
 use mobula_core::simd::{AnyToken, Level};
 use proptest::prelude::*;
@@ -12,7 +10,7 @@ use proptest::test_runner::{Config, TestRunner};
 fn at(level: Level, body: fn(AnyToken)) {
     match AnyToken::for_level(level) {
         Ok(token) => body(token),
-        Err(error) => writeln!(std::io::stderr(), "skipped: {error}").unwrap(),
+        Err(error) => eprintln!("skipped: {error}"),
     }
 }
 

@@ -111,7 +111,8 @@ fn pictures_that_cannot_be_written_are_1_and_name_the_file() {
     let folder = Folder::new("unwritable");
     folder.write("pyramid.obj", PYRAMID);
     fs::create_dir(folder.0.join("folder.png")).unwrap();
-    let mut cases = vec![("none/out.png", "none/out.png: cannot be written: "), ("folder.png", "folder.png: cannot be ")];
+    let mut cases =
+        vec![("none/out.png", "none/out.png: cannot be written: "), ("folder.png", "folder.png: cannot be ")];
     if std::path::Path::new("/dev/full").exists() {
         cases.push(("/dev/full", "/dev/full: cannot be written: "));
     }

@@ -88,7 +88,7 @@ pub fn iso_cell<T: Token>(
         let from = zero.select(zeroth, low.select(middle, high));
         let to = low.select(zeroth, high.select(middle, one));
         let sign = (negative[0] & zeroth) | (negative[1] & middle) | (negative[2] & last);
-        let u = close_in(cubic, from, to, sign, half);
+        let u = close_in(cubic, from, to, sign, [zero, half]);
         let here = u.mul_add(length, near).min(far);
         let found = (zeroth | middle | last) & here.gt(t_min) & here.le(t_max);
         t = here.select(found, t);
@@ -124,8 +124,7 @@ fn at<F: F32Lanes>([d, c, b, a]: [F; 4], u: F) -> F {
 
 /// The root of the cubic in a piece where it changes sign; `negative` at its start.
 #[inline(always)]
-fn close_in<F: F32Lanes>(cubic: [F; 4], from: F, to: F, negative: F::Mask, half: F) -> F {
-    let zero = half - half;
+fn close_in<F: F32Lanes>(cubic: [F; 4], from: F, to: F, negative: F::Mask, [zero, half]: [F; 2]) -> F {
     let (mut low, mut high) = (from, to);
     for _ in 0..HALVINGS {
         let middle = (low + high) * half;

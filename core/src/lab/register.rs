@@ -66,6 +66,7 @@ macro_rules! probes {
     };
     ($type:ty, $token:ident, $name:ident $(, #[$feature:meta])?) => {
         /// The packet once through the kernel.
+        #[allow(clippy::missing_safety_doc, reason = "safe: its token proves the features")]
         #[inline(never)]
         $(#[$feature])?
         pub fn $name(
