@@ -34,6 +34,8 @@ pub mod color;
 pub mod display;
 pub mod generate;
 pub mod image;
+#[cfg(feature = "kernels")]
+pub mod kernels;
 pub mod light;
 pub mod load;
 pub mod material;

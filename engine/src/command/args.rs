@@ -38,6 +38,9 @@ pub(crate) enum Command {
     View(SceneOptions),
     /// Tell what is in a file
     Info(InfoOptions),
+    /// Measure and check every kernel, special case, level and packet width
+    #[cfg(feature = "kernels")]
+    Kernels(mobula::kernels::Options),
 }
 
 #[derive(Args, Clone, Debug)]
