@@ -69,6 +69,8 @@ pub mod any_hit;
 pub mod bvh;
 pub mod column;
 pub mod kernel;
+#[cfg(feature = "lab")]
+pub mod lab;
 pub mod oracle;
 pub mod packet;
 pub mod properties;

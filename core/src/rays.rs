@@ -265,19 +265,19 @@ impl<const N: usize> Rays<N> {
 
     /// The shear factors as they are: derived by [`shears`](Self::shears).
     #[inline(always)]
-    pub(crate) fn shear_columns(&self) -> &Columns3<N> {
+    pub fn shear_columns(&self) -> &Columns3<N> {
         &self.shear
     }
 
     /// The reciprocal directions as they are: derived by [`inverse_directions`](Self::inverse_directions).
     #[inline(always)]
-    pub(crate) fn inverse_columns(&self) -> &Columns3<N> {
+    pub fn inverse_columns(&self) -> &Columns3<N> {
         &self.inverse
     }
 
     /// The dominant axes as they are: derived by [`shears`](Self::shears).
     #[inline(always)]
-    pub(crate) fn axes(&self) -> &Column<u32, N> {
+    pub fn axes(&self) -> &Column<u32, N> {
         &self.axis
     }
 

@@ -1,10 +1,5 @@
-//! How rays find their primitives in a [`Bvh`].
-//!
-//! Groups of up to 16 rays travel together as a *packet* ([`packet`]) when they have something in common: rays from one
-//! origin with one dominant axis as frusta ([`frusta`]), others with constant signs as intervals ([`intervals`]). A
-//! node's eight children are tested at once against all of the packet; a child that is met, against each group. What is
-//! left goes ray by ray ([`single`]), one ray against eight boxes and four primitives. The hits are the same bits on all
-//! paths.
+//! How rays find their primitives in a [`Bvh`]: packets in groups of 16 that have something in common, what is left ray by
+//! ray. The hits are the same bits on all paths.
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
@@ -15,6 +10,8 @@
 //! scaling the depth takes ten roundings of 2 us: 20 us. The slab test errs by three roundings, which move a plane by 6 us,
 //! and moving the origin rounds once: 7 us. Together 105 us < 2^-17 s; so every box is widened by [`PAD`] s, at no cost:
 //! the origins that are subtracted are moved instead.
+
+#![doc = include_str!("TRAVERSAL.md")]
 
 mod cull;
 mod frusta;

@@ -29,16 +29,18 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let report = report?;
 
     let rays = pipeline.state().rays();
-    let seconds = report.seconds;
+    // Of rendering: writing the file comes after the last frame.
+    let seconds = report.frame_times.mean * report.frames as f64;
+    let fps = if seconds > 0.0 { report.frames as f64 / seconds } else { 0.0 };
     let rate = if seconds > 0.0 { rays.total() as f64 / seconds * 1e-6 } else { 0.0 };
-    let frames = if report.frames == 1 { "frame".to_owned() } else { format!("{} frames", report.frames) };
+    let frames = if report.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", report.frames) };
     eprintln!(
         "mobula: wrote {} ({}), {frames} in {seconds:.3} s, {rate:.1} million rays a second",
         options.output.display(),
         settings.size
     );
     if options.stats {
-        print_statistics(&report, &rays);
+        print_statistics(&report, &rays, seconds);
     }
     if options.json {
         print(&json!({
@@ -48,7 +50,8 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
             "size": [settings.size.width(), settings.size.height()],
             "frames": report.frames,
             "seconds": seconds,
-            "fps": report.frames_per_second(),
+            "fps": fps,
+            "total_seconds": report.seconds,
             "rays": { "primary": rays.primary, "shadow": rays.shadow, "secondary": rays.secondary },
             "paths": {
                 "common_origin": rays.paths.common_origin,
@@ -97,8 +100,8 @@ fn progress(pipeline: &mut Pipeline<State>, frames: u64) -> ProgressBar {
     bar
 }
 
-fn print_statistics(report: &Report, rays: &RayCounts) {
-    let per_second = |count: u64| count as f64 / report.seconds.max(1e-9) * 1e-6;
+fn print_statistics(report: &Report, rays: &RayCounts, seconds: f64) {
+    let per_second = |count: u64| count as f64 / seconds.max(1e-9) * 1e-6;
     eprintln!("  rays{:>30}{:>16}", "count", "million/s");
     for (name, count) in
         [("primary", rays.primary), ("shadow", rays.shadow), ("secondary", rays.secondary), ("all", rays.total())]

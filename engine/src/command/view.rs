@@ -12,9 +12,9 @@ pub(crate) fn view_or_render(options: &SceneOptions) -> Result<(), Failure> {
     match connection {
         Some(connection) => show(connection, options),
         None => {
-            let result = render::render_default(options);
-            eprintln!("mobula: no display for a window: that is why there is a picture instead");
-            result
+            render::render_default(options)?;
+            eprintln!("mobula: there is no display for a window: that is why it is a picture");
+            Ok(())
         }
     }
 }

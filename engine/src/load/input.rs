@@ -9,7 +9,7 @@ use flate2::bufread::MultiGzDecoder;
 use super::LoadError;
 
 /// A gzip file may unpack to this much whatever its size...
-const UNPACKED_BASE: u64 = 16 << 20;
+const UNPACKED_BASE: u64 = 1 << 20;
 /// ... and to this many times its size beyond that. Meshes as text shrink 3 to 10 times.
 const UNPACKED_RATIO: u64 = 32;
 

@@ -1,27 +1,27 @@
 //! What the tests of the command share.
+#![allow(dead_code, reason = "not every test uses everything")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// A folder of its own for each test, removed at its end.
-pub struct Folder(pub PathBuf);
+pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
-    pub fn new(test: &str) -> Self {
+    pub(crate) fn new(test: &str) -> Self {
         let path = std::env::temp_dir().join(format!("mobula-cli-{test}-{}", std::process::id()));
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
 
-    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.join(name);
         std::fs::write(&path, bytes).unwrap();
         path
     }
 
     /// The names of all files, sorted.
-    #[allow(dead_code, reason = "not all tests look")]
-    pub fn files(&self) -> Vec<String> {
+    pub(crate) fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(&self.0).unwrap();
         let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
@@ -29,7 +29,7 @@ impl Folder {
     }
 
     /// The command, in this folder, with nothing of the caller's environment that matters to it.
-    pub fn mobula(&self, arguments: &[&str]) -> Command {
+    pub(crate) fn mobula(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_mobula"));
         command.args(arguments).current_dir(&self.0);
         for variable in ["MOBULA_ISA", "DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET", "RUST_BACKTRACE"] {
@@ -38,7 +38,7 @@ impl Folder {
         command
     }
 
-    pub fn run(&self, arguments: &[&str]) -> Done {
+    pub(crate) fn run(&self, arguments: &[&str]) -> Done {
         Done::new(self.mobula(arguments).output().unwrap())
     }
 }
@@ -51,22 +51,21 @@ impl Drop for Folder {
 
 /// What a command left behind.
 #[derive(Debug)]
-pub struct Done {
-    pub code: Option<i32>,
-    pub out: String,
-    pub err: String,
+pub(crate) struct Done {
+    pub(crate) code: Option<i32>,
+    pub(crate) out: String,
+    pub(crate) err: String,
 }
 
 impl Done {
-    pub fn new(output: Output) -> Self {
+    pub(crate) fn new(output: Output) -> Self {
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Self { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
     }
 }
 
 /// Width, height and RGB bytes of a PNG file.
-#[allow(dead_code, reason = "not all tests look at pictures")]
-pub fn picture(file: &Path) -> (u32, u32, Vec<u8>) {
+pub(crate) fn picture(file: &Path) -> (u32, u32, Vec<u8>) {
     let mut reader =
         png::Decoder::new(std::io::BufReader::new(std::fs::File::open(file).unwrap())).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
@@ -75,6 +74,5 @@ pub fn picture(file: &Path) -> (u32, u32, Vec<u8>) {
 }
 
 /// A pyramid on a floor.
-#[allow(dead_code, reason = "not all tests need a mesh")]
-pub const PYRAMID: &str = "v -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1.5 0\n\
+pub(crate) const PYRAMID: &str = "v -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1.5 0\n\
                            f 4 3 2 1\nf 5 9 6\nf 6 9 7\nf 7 9 8\nf 8 9 5\n";
