@@ -26,13 +26,13 @@ pub const SORTED: u8 = 1;
 pub const SORTED_FUSED: u8 = 2;
 
 /// One ray against eight boxes, for each ray of the packet. The mask of each node is rotated into the ray's `found`; entry
-/// distances go to `extra`, which keeps those of the last eight rays.
+/// distances go to `extra`, which keeps those of the last four rays.
 #[derive(Debug)]
 pub struct Children<const CASE: u8>;
 
-const NODES: usize = 16;
+const NODES: usize = 64;
 /// Rays whose entry distances are kept: few, so that they stay in the first cache as a stack does.
-const KEPT: usize = 8;
+const KEPT: usize = 4;
 
 fn draw(dice: &mut Dice<'_>) -> Planes {
     let mut planes = [[0.0; 8]; 6];
