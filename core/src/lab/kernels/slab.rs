@@ -115,17 +115,26 @@ impl<const CASE: u8> Kernel for Slab<CASE> {
         // The bit, not `< 0`: the reciprocal of minus infinity is minus zero.
         let negative = [x[first].is_sign_negative(), y[first].is_sign_negative(), z[first].is_sign_negative()];
         let common = (rays.ray(first).0.to_array(), negative);
-        let words = extra.len() / primitives.len().max(1);
-        for (corners, out) in primitives.iter().zip(extra.chunks_exact_mut(words.max(1))) {
+        // Where fewer rays than N were asked for, the last words have no place.
+        let words = (extra.len() / primitives.len().max(1)).max(1);
+        let mut active = [0; 64];
+        for (place, word) in active.iter_mut().enumerate().take(N.div_ceil(16)) {
+            *word = active_word(rays, place);
+        }
+        for (corners, out) in primitives.iter().zip(extra.chunks_exact_mut(words)) {
             let planes = Self::prepare(token, corners, common);
-            for (place, out) in out.iter_mut().enumerate() {
-                let mut word = 0;
-                let mut at = 0;
-                while at < 16 && (N > 16 || at < N) {
-                    word |= Self::test(token, planes, rays, place * 16 + at).bits() << at;
-                    at += T::LANES;
+            let mut word = 0;
+            let mut at = 0;
+            while at < N {
+                word |= Self::test(token, planes, rays, at).bits() << (at % 16);
+                at += T::LANES;
+                if at.is_multiple_of(16) || at >= N {
+                    let place = (at - 1) / 16;
+                    if let Some(out) = out.get_mut(place) {
+                        *out = f32::from_bits(word & active[place % 64]);
+                    }
+                    word = 0;
                 }
-                *out = f32::from_bits(word & active_word(rays, place));
             }
         }
     }
