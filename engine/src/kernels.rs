@@ -289,7 +289,7 @@ mod tests {
         assert!(run(&Options { json: true, ..small() }, &mut out).unwrap());
         let rows: serde_json::Value = serde_json::from_slice(&out).unwrap();
         let rows = rows.as_array().unwrap();
-        assert!(!rows.is_empty() && rows.len() % 4 == 0, "{}", rows.len());
+        assert!(!rows.is_empty() && rows.len().is_multiple_of(4), "{}", rows.len());
         for row in rows {
             for key in CSV {
                 assert!(!row[key].is_null(), "{key} in {row}");
