@@ -59,15 +59,18 @@ fn check_widths<B: Block>(bvh: &Bvh<B>, dice: &mut Dice<'_>) {
 fuzz_target!(|bytes: &[u8]| {
     let mut dice = Dice::from_bytes(bytes);
     // Primitives within the sizes that the tree is for; rays of any kind.
-    dice.set_style(if dice.one_in(2) { Style::Grid } else { Style::Ordinary });
+    let style = if dice.one_in(2) { Style::Grid } else { Style::Ordinary };
+    dice.set_style(style);
     let count = dice.below(60);
     if dice.one_in(2) {
         let spheres: Vec<[f32; 4]> =
             (0..count).map(|_| [dice.value(), dice.value(), dice.value(), 0.3 * dice.value().abs()]).collect();
+        dice.draw_style();
         check_widths(&Bvh::<SphereBlock>::spheres(count, 0, &Serial, |i| spheres[i]), &mut dice);
     } else {
         let triangles: Vec<[[f32; 3]; 3]> = (0..count).map(|_| [dice.point(), dice.point(), dice.point()]).collect();
         let bvh = Bvh::<TriangleBlock>::triangles(count, 0, &Serial, |i| triangles[i]);
+        dice.draw_style();
         check_widths(&bvh, &mut dice);
     }
 });

@@ -10,7 +10,7 @@ use crate::Properties;
 use crate::kernel::aabb::{aabb, beam, slabs, slabs_scaled};
 use crate::kernel::bounds::{PacketBounds, packet_bounds};
 use crate::kernel::{splat3, sub};
-use crate::lab::{Agrees, Dice, Draft, Kernel, Outcome, RayTest, Work};
+use crate::lab::{Agrees, Dice, Draft, Kernel, Outcome, Work};
 use crate::oracle;
 
 use super::slab::Slab;
@@ -26,18 +26,18 @@ pub const SORTED: u8 = 1;
 pub const SORTED_FUSED: u8 = 2;
 
 /// One ray against eight boxes, for each ray of the packet. The mask of each node is rotated into the ray's `found`; entry
-/// distances go to `extra`, which keeps those of the last eight rays.
+/// distances go to `extra`, which keeps those of the last four rays.
 #[derive(Debug)]
 pub struct Children<const CASE: u8>;
 
-const NODES: usize = 16;
+const NODES: usize = 64;
 /// Rays whose entry distances are kept: few, so that they stay in the first cache as a stack does.
-const KEPT: usize = 8;
+const KEPT: usize = 4;
 
 fn draw(dice: &mut Dice<'_>) -> Planes {
     let mut planes = [[0.0; 8]; 6];
     for slot in 0..8 {
-        let [low, high] = <Slab<0> as RayTest>::draw(dice);
+        let [low, high] = <Slab<0> as Kernel>::draw(dice);
         for axis in 0..3 {
             (planes[axis][slot], planes[axis + 3][slot]) = (low[axis], high[axis]);
         }
@@ -51,7 +51,7 @@ fn corners(planes: &Planes, slot: usize) -> [[f32; 3]; 2] {
 
 fn aim(dice: &mut Dice<'_>, planes: &Planes) -> [f32; 3] {
     let slot = dice.below(8);
-    <Slab<0> as RayTest>::aim(dice, &corners(planes, slot))
+    <Slab<0> as Kernel>::aim(dice, &corners(planes, slot))
 }
 
 impl<const CASE: u8> Kernel for Children<CASE> {
@@ -217,7 +217,8 @@ impl Kernel for Beams {
         let (mut near_origin, mut far_origin) = (bounds.origin[1], bounds.origin[0]);
         let mut rows = [[0, 1, 2], [3, 4, 5]];
         for axis in 0..3 {
-            if bounds.inverse[1][axis] < 0.0 {
+            // The least: the greatest may be the zero of an infinite direction.
+            if bounds.inverse[0][axis] < 0.0 {
                 (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
                 (near_origin[axis], far_origin[axis]) = (far_origin[axis], near_origin[axis]);
             }

@@ -33,10 +33,10 @@ crate::kernels! {
         common_origin_unit_any: Find<Sphere<true, true>, ANY>,
     }
     slab {
-        general: Find<Slab<{ slab::GENERAL }>>,
-        common_origin: Find<Slab<{ slab::COMMON_ORIGIN }>>,
-        constant_signs: Find<Slab<{ slab::CONSTANT_SIGNS }>>,
-        common_origin_constant_signs: Find<Slab<{ slab::COMMON_ORIGIN_CONSTANT_SIGNS }>>,
+        general: Slab<{ slab::GENERAL }>,
+        common_origin: Slab<{ slab::COMMON_ORIGIN }>,
+        constant_signs: Slab<{ slab::CONSTANT_SIGNS }>,
+        common_origin_constant_signs: Slab<{ slab::COMMON_ORIGIN_CONSTANT_SIGNS }>,
     }
     children {
         general: Children<{ children::GENERAL }>,

@@ -1,11 +1,14 @@
 //! A packet against one box: see [`crate::kernel::aabb`].
 
-use mobula_simd::Token;
+use alloc::format;
+use alloc::string::String;
+
+use mobula_simd::{MaskLanes, Token};
 
 use crate::kernel::aabb::{aabb, slabs};
 use crate::kernel::{load3, splat3, sub};
-use crate::lab::find::{RayTest, in_reach, ray_in_reach};
-use crate::lab::{Agrees, Dice};
+use crate::lab::find::{in_reach, ray_in_reach};
+use crate::lab::{Agrees, Dice, Draft, Kernel, Outcome, Work};
 use crate::oracle::{self, Truth};
 use crate::{Properties, Rays};
 
@@ -22,51 +25,8 @@ pub const COMMON_ORIGIN_CONSTANT_SIGNS: u8 = COMMON_ORIGIN | CONSTANT_SIGNS;
 #[derive(Debug)]
 pub struct Slab<const CASE: u8>;
 
-impl<const CASE: u8> RayTest for Slab<CASE> {
-    /// Low and high corner.
-    type Primitive = [[f32; 3]; 2];
-    type General = Slab<GENERAL>;
+impl<const CASE: u8> Slab<CASE> {
     /// The planes met first and last where that is known, the low and high ones otherwise.
-    /// The common origin, and whether directions are negative by axis.
-    type Common = ([f32; 3], [bool; 3]);
-    type Prepared<T: Token> = [[T::F32; 3]; 2];
-    const PROMISES: Properties = match CASE {
-        COMMON_ORIGIN => Properties::COMMON_ORIGIN,
-        CONSTANT_SIGNS => Properties::CONSTANT_SIGNS,
-        COMMON_ORIGIN_CONSTANT_SIGNS => Properties::COMMON_ORIGIN.union(Properties::CONSTANT_SIGNS),
-        _ => Properties::empty(),
-    };
-    // Boxes without NaN give the same bits; with one, the answer is arbitrary.
-    const AGREES: Agrees = if CASE & CONSTANT_SIGNS == 0 { Agrees::Exactly } else { Agrees::WithinBound };
-
-    fn draw(dice: &mut Dice<'_>) -> [[f32; 3]; 2] {
-        let (a, b) = (dice.point(), dice.point());
-        let b = [0, 1, 2].map(|k| a[k] + 0.25 * b[k]);
-        [[0, 1, 2].map(|k| a[k].min(b[k])), [0, 1, 2].map(|k| a[k].max(b[k]))]
-    }
-
-    fn aim(dice: &mut Dice<'_>, &[low, high]: &[[f32; 3]; 2]) -> [f32; 3] {
-        // A corner on each axis half of the time: edges and corners are aimed at often.
-        [0, 1, 2].map(|k| match dice.below(4) {
-            0 => low[k],
-            1 => high[k],
-            _ => low[k] + dice.unit() * (high[k] - low[k]),
-        })
-    }
-
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, rays: &mut Rays<N>) {
-        rays.inverse_directions(token);
-    }
-
-    #[inline(always)]
-    fn common<const N: usize>(rays: &Rays<N>) -> ([f32; 3], [bool; 3]) {
-        let first = rays.range().start % N;
-        let [x, y, z] = rays.inverse_columns();
-        let negative = [x[first] < 0.0, y[first] < 0.0, z[first] < 0.0];
-        (rays.ray(first).0.to_array(), negative)
-    }
-
     #[inline(always)]
     fn prepare<T: Token>(
         token: T,
@@ -86,14 +46,9 @@ impl<const CASE: u8> RayTest for Slab<CASE> {
         [splat3(token, planes[0]), splat3(token, planes[1])]
     }
 
+    /// Which of the rays from `at` meet the box.
     #[inline(always)]
-    fn test<T: Token, const N: usize>(
-        token: T,
-        &[near, far]: &[[T::F32; 3]; 2],
-        _common: ([f32; 3], [bool; 3]),
-        rays: &Rays<N>,
-        at: usize,
-    ) -> (T::Mask, T::F32) {
+    fn test<T: Token, const N: usize>(token: T, [near, far]: [[T::F32; 3]; 2], rays: &Rays<N>, at: usize) -> T::Mask {
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let inverse = load3(token, rays.inverse_columns(), at);
         let (near, far) = if CASE & COMMON_ORIGIN != 0 {
@@ -103,16 +58,110 @@ impl<const CASE: u8> RayTest for Slab<CASE> {
             (sub(near, origin), sub(far, origin))
         };
         if CASE & CONSTANT_SIGNS != 0 {
-            slabs(token, near, far, inverse, t_min, t_max)
+            slabs(token, near, far, inverse, t_min, t_max).0
         } else {
-            aabb(token, near, far, inverse, t_min, t_max)
+            aabb(token, near, far, inverse, t_min, t_max).0
+        }
+    }
+}
+
+/// The answer is a bit a ray, as a traversal wants it: words of 16 bits in `extra` (which are no NaN, all of which are one
+/// to the lab), box by box.
+impl<const CASE: u8> Kernel for Slab<CASE> {
+    /// Low and high corner.
+    type Primitive = [[f32; 3]; 2];
+    type General = Slab<GENERAL>;
+    const PROMISES: Properties = match CASE {
+        COMMON_ORIGIN => Properties::COMMON_ORIGIN,
+        CONSTANT_SIGNS => Properties::CONSTANT_SIGNS,
+        COMMON_ORIGIN_CONSTANT_SIGNS => Properties::COMMON_ORIGIN.union(Properties::CONSTANT_SIGNS),
+        _ => Properties::empty(),
+    };
+    // Boxes and intervals without NaN give the same bits; with one, the answer is arbitrary.
+    const AGREES: Agrees = if CASE & CONSTANT_SIGNS == 0 { Agrees::Exactly } else { Agrees::WithinBound };
+
+    fn draw(dice: &mut Dice<'_>) -> [[f32; 3]; 2] {
+        let (a, b) = (dice.point(), dice.point());
+        let b = [0, 1, 2].map(|k| a[k] + 0.25 * b[k]);
+        [[0, 1, 2].map(|k| a[k].min(b[k])), [0, 1, 2].map(|k| a[k].max(b[k]))]
+    }
+
+    fn aim(dice: &mut Dice<'_>, &[low, high]: &[[f32; 3]; 2]) -> [f32; 3] {
+        // A corner on each axis half of the time: edges and corners are aimed at often.
+        [0, 1, 2].map(|k| match dice.below(4) {
+            0 => low[k],
+            1 => high[k],
+            _ => low[k] + dice.unit() * (high[k] - low[k]),
+        })
+    }
+
+    fn extra(rays: usize, primitives: usize) -> usize {
+        rays.div_ceil(16) * primitives
+    }
+
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<[[f32; 3]; 2], N>) {
+        work.rays.inverse_directions(token);
+    }
+
+    #[inline(always)]
+    fn reset<const N: usize>(_work: &mut Work<[[f32; 3]; 2], N>) {}
+
+    #[inline(always)]
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<[[f32; 3]; 2], N>) {
+        let Work { rays, primitives, extra, .. } = work;
+        let first = rays.range().start % N;
+        let [x, y, z] = rays.inverse_columns();
+        // The bit, not `< 0`: the reciprocal of minus infinity is minus zero.
+        let negative = [x[first].is_sign_negative(), y[first].is_sign_negative(), z[first].is_sign_negative()];
+        let common = (rays.ray(first).0.to_array(), negative);
+        // Where fewer rays than N were asked for, the last words have no place.
+        let words = (extra.len() / primitives.len().max(1)).max(1);
+        let mut active = [0; 64];
+        for (place, word) in active.iter_mut().enumerate().take(N.div_ceil(16)) {
+            *word = active_word(rays, place);
+        }
+        for (corners, out) in primitives.iter().zip(extra.chunks_exact_mut(words)) {
+            let planes = Self::prepare(token, corners, common);
+            let mut word = 0;
+            let mut at = 0;
+            while at < N {
+                word |= Self::test(token, planes, rays, at).bits() << (at % 16);
+                at += T::LANES;
+                if at.is_multiple_of(16) || at >= N {
+                    let place = (at - 1) / 16;
+                    if let Some(out) = out.get_mut(place) {
+                        *out = f32::from_bits(word & active[place % 64]);
+                    }
+                    word = 0;
+                }
+            }
         }
     }
 
-    fn truth(corners: &[[f32; 3]; 2], ray: &oracle::Ray) -> Option<(Truth, f64)> {
-        let [low, high] = *corners;
-        box_truth(low, high, ray)
+    fn verify(draft: &Draft<[[f32; 3]; 2]>, outcome: &Outcome) -> Result<(), String> {
+        let words = draft.rays.len().div_ceil(16);
+        for (at, &[low, high]) in draft.primitives.iter().enumerate() {
+            for i in draft.range.clone() {
+                let met = outcome.extra(at * words + i / 16).to_bits() >> (i % 16) & 1 != 0;
+                let Some((truth, _)) = box_truth(low, high, &draft.rays[i].exact()) else { continue };
+                if truth.margin > 1.0 / (1 << 19) as f64 && truth.t.is_some() != met {
+                    return Err(format!("ray {i}, {low:?} {high:?}: met {met}, {truth:?}; {:?}", draft.rays[i]));
+                }
+            }
+        }
+        Ok(())
     }
+}
+
+/// The active ones of the 16 rays from `16 * place`.
+#[inline(always)]
+fn active_word<const N: usize>(rays: &Rays<N>, place: usize) -> u32 {
+    let below = |end: usize| match end.saturating_sub(16 * place) {
+        n @ 0..16 => (1 << n) - 1,
+        _ => 0xffff,
+    };
+    below(rays.range().end) & !below(rays.range().start)
 }
 
 /// What the oracle says of a box, where it can tell.
@@ -127,5 +176,7 @@ pub(super) fn box_truth(low: [f32; 3], high: [f32; 3], ray: &oracle::Ray) -> Opt
     let size = ray.origin.iter().fold(0.0f64, |s, o| s.max(o.abs()));
     let size = low.iter().chain(&high).fold(size, |s, &x| s.max(f64::from(x).abs()));
     let slowest = ray.direction.iter().fold(f64::INFINITY, |s, d| if *d == 0.0 { s } else { s.min(d.abs()) });
-    Some((oracle::aabb(ray, low, high), 4.0 * size / slowest))
+    let truth = oracle::aabb(ray, low, high);
+    // Everything at zero has no size to measure a margin by.
+    (!truth.margin.is_nan()).then_some((truth, 4.0 * size / slowest))
 }
