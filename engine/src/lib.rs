@@ -1,2 +1,22 @@
 //! The engine.
-// pub mod stack;
+pub mod accel;
+pub mod app;
+pub mod background;
+pub mod balance;
+pub mod builtin;
+pub mod camera;
+pub mod choice;
+pub mod color;
+pub mod display;
+pub mod generate;
+pub mod image;
+pub mod light;
+pub mod load;
+pub mod material;
+pub mod math;
+pub mod pipeline;
+pub mod renderer;
+pub mod sampler;
+pub mod scene;
+pub mod stack;
+pub mod traverse;

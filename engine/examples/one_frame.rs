@@ -1,0 +1,43 @@
+//! Renders one frame of the built-in scene on one thread, without the pipeline, and writes a PNG.
+//!
+//!     cargo run --release --example one_frame -- [output.png] [WIDTH HEIGHT] [renderer] [sampler]
+
+use std::error::Error;
+
+use mobula::accel::AccelerationKind;
+use mobula::builtin;
+use mobula::camera::Pinhole;
+use mobula::image::FrameBuffer;
+use mobula::renderer::RendererKind;
+use mobula::sampler::SamplerKind;
+use mobula::scene::Scene;
+use mobula::stack::{Context, Fragment, Statistics};
+use mobula_simd::AnyToken;
+
+/// Rays per packet.
+const N: usize = 64;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let mut next = |default: &str| arguments.next().unwrap_or_else(|| default.to_owned());
+    let output = next("frame.png");
+    let (width, height): (u32, u32) = (next("800").parse()?, next("600").parse()?);
+    let renderer = next("raytracer").parse::<RendererKind>()?.build::<N>();
+    let sampler = next("single").parse::<SamplerKind>()?.build::<N>();
+
+    let scene = Scene::<N>::build(&builtin::scene(), AccelerationKind::Bvh)?;
+    let camera = Pinhole::new(scene.view(width as f32 / height as f32));
+    let picture = FrameBuffer::new(width as usize, height as usize).map_err(|e| format!("{e:?}"))?;
+    let statistics = Statistics::default();
+    let context =
+        Context { token: AnyToken::detect(), scene: &scene, renderer: &*renderer, statistics: &statistics, frame: 0 };
+    let whole = Fragment { channel: 0, x0: 0, y0: 0, x1: width, y1: height };
+    let start = std::time::Instant::now();
+    sampler.render_fragment(&context, &camera, whole, &picture);
+    eprintln!("{:?}, {statistics:?}", start.elapsed());
+
+    let mut encoder = png::Encoder::new(std::fs::File::create(&output)?, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header()?.write_image_data(&picture.to_rgba8())?;
+    Ok(())
+}

@@ -1,0 +1,143 @@
+//! What transactions change: the state of a pipeline that renders a scene.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use mobula_core::traverse::Paths;
+
+use super::Stack;
+use crate::camera::View;
+use crate::pipeline::fault::scope;
+use crate::pipeline::{Balance, Frame, Plan, Stage};
+use crate::renderer::RendererKind;
+use crate::sampler::SamplerKind;
+use crate::stack::{Fragment, Statistics};
+use crate::traverse::{ImageTraverser, traverse_frame};
+
+/// Everything that may change between frames. Changes go through [`Handle::send`](crate::pipeline::Handle::send).
+pub struct State {
+    /// The rendering stack from the pixel sampler down.
+    pub stack: Box<dyn Stack>,
+    /// The image traverser with its load balancer.
+    pub traverser: Box<dyn ImageTraverser>,
+    chosen: Chosen,
+    rays: Mutex<RayCounts>,
+}
+
+/// What was chosen of the things that the stack does not tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    /// Where the first channel looks from.
+    pub view: View,
+    /// The renderer.
+    pub renderer: RendererKind,
+    /// The pixel sampler.
+    pub sampler: SamplerKind,
+    /// Are there shadows?
+    pub shadows: bool,
+}
+
+/// Rays by kind.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RayCounts {
+    /// From the camera.
+    pub primary: u64,
+    /// Any-hit rays towards lights.
+    pub shadow: u64,
+    /// All others.
+    pub secondary: u64,
+    /// Which paths they took through acceleration structures.
+    pub paths: Paths,
+}
+
+impl RayCounts {
+    /// All rays.
+    pub fn total(&self) -> u64 {
+        self.primary + self.shadow + self.secondary
+    }
+}
+
+impl State {
+    /// The state for a stack; `chosen` is what it renders from now on.
+    pub fn new(mut stack: Box<dyn Stack>, traverser: Box<dyn ImageTraverser>, chosen: Chosen) -> Self {
+        stack.set_view(0, chosen.view);
+        stack.set_renderer(chosen.renderer);
+        stack.set_sampler(chosen.sampler);
+        stack.set_shadows(chosen.shadows);
+        Self { stack, traverser, chosen, rays: Mutex::default() }
+    }
+
+    /// What is rendered, and how.
+    pub fn chosen(&self) -> &Chosen {
+        &self.chosen
+    }
+
+    /// Changes what is rendered, and how.
+    pub fn choose(&mut self, chosen: Chosen) {
+        let before = std::mem::replace(&mut self.chosen, chosen);
+        if before.view != chosen.view {
+            self.stack.set_view(0, chosen.view);
+        }
+        if before.renderer != chosen.renderer {
+            self.stack.set_renderer(chosen.renderer);
+        }
+        if before.sampler != chosen.sampler {
+            self.stack.set_sampler(chosen.sampler);
+        }
+        if before.shadows != chosen.shadows {
+            self.stack.set_shadows(chosen.shadows);
+        }
+    }
+
+    /// Rays traced since the beginning.
+    pub fn rays(&self) -> RayCounts {
+        *self.counts()
+    }
+
+    fn counts(&self) -> MutexGuard<'_, RayCounts> {
+        self.rays.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn count(&self, statistics: &Statistics) {
+        let mut counts = self.counts();
+        counts.primary += statistics.primary.get();
+        counts.shadow += statistics.shadow.get();
+        counts.secondary += statistics.secondary.get();
+        counts.paths += statistics.paths.get();
+    }
+}
+
+impl std::fmt::Debug for State {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("State").field("chosen", &self.chosen).field("rays", &self.rays()).finish_non_exhaustive()
+    }
+}
+
+/// The dynamically balanced stage that renders all channels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RenderFrames;
+
+impl Stage<State> for RenderFrames {
+    fn name(&self) -> &str {
+        "render"
+    }
+
+    fn balance(&self) -> Balance {
+        Balance::Dynamic
+    }
+
+    fn begin(&mut self, state: &mut State, plan: &Plan<'_>) {
+        let traverser = &mut state.traverser;
+        scope(traverser.name(), || traverser.begin(plan.sizes, plan.threads, plan.changed));
+    }
+
+    fn run(&self, frame: &Frame<'_, State>) {
+        let statistics = Statistics::default();
+        traverse_frame(frame, &*frame.state.traverser, &|frame, fragment, out| {
+            let crate::traverse::Fragment { channel, x0, y0, x1, y1, .. } = *fragment;
+            let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|edge| edge as u32);
+            frame.state.stack.render(Fragment { channel, x0, y0, x1, y1 }, out, &statistics);
+        });
+        // Once a thread and frame: the lock is short.
+        frame.state.count(&statistics);
+    }
+}

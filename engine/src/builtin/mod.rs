@@ -1,0 +1,84 @@
+//! The built-in scene: a ray over its reef. Triangles, spheres, all materials, from no file.
+//!
+//! Everything is computed with plain IEEE operations and [`libm`], so it is the same scene on every machine.
+
+mod manta;
+mod reef;
+mod sheet;
+
+use glam::Vec3;
+
+use crate::camera::{Up, View};
+use crate::scene::{
+    AmbientDescription, BackgroundDescription, LightDescription, MaterialDescription, PhongDescription,
+    SceneDescription,
+};
+
+/// The scene that is shown when no other is asked for: some 40 000 primitives.
+pub fn scene() -> SceneDescription {
+    let mut scene = SceneDescription {
+        name: "built-in".to_owned(),
+        lights: vec![LightDescription::Point {
+            position: Vec3::new(-3.6, 9.0, 4.2),
+            color: Vec3::new(1.05, 0.98, 0.86),
+            falloff: false,
+        }],
+        ambient: AmbientDescription { above: Vec3::new(0.30, 0.40, 0.48), below: Vec3::new(0.16, 0.14, 0.11) },
+        background: BackgroundDescription::Gradient {
+            zenith: Vec3::new(0.02, 0.10, 0.24),
+            horizon: Vec3::new(0.36, 0.62, 0.72),
+            nadir: Vec3::new(0.015, 0.075, 0.13),
+        },
+        up: Some(Up::Y),
+        view: Some(View { eye: Vec3::new(4.6, 3.3, 8.4), at: Vec3::new(0.0, 0.95, 0.0), up: Vec3::Y, fov: 35.0 }),
+        ..SceneDescription::default()
+    };
+    let mut glossy = |name: &str, diffuse: [f32; 3], specular: f32, shininess: f32, reflection: f32| {
+        let phong = PhongDescription {
+            diffuse: diffuse.into(),
+            specular: Vec3::splat(specular),
+            shininess,
+            reflection,
+            ..PhongDescription::default()
+        };
+        scene.add_material(name, MaterialDescription::Phong(phong))
+    };
+    let back = glossy("back", [0.022, 0.035, 0.060], 0.35, 30.0, 0.03);
+    let belly = glossy("belly", [0.78, 0.80, 0.80], 0.15, 20.0, 0.0);
+    let coral = glossy("coral", [1.0, 1.0, 1.0], 0.25, 40.0, 0.0);
+    let chrome = glossy("chrome", [0.10, 0.10, 0.11], 0.9, 600.0, 0.80);
+    let bubble = scene.add_material(
+        "bubble",
+        MaterialDescription::Phong(PhongDescription {
+            diffuse: Vec3::splat(0.9),
+            specular: Vec3::splat(0.8),
+            shininess: 400.0,
+            transparency: 0.93,
+            refractive_index: 1.33,
+            ..PhongDescription::default()
+        }),
+    );
+    let sand = scene.add_material("sand", MaterialDescription::Lambertian { diffuse: Vec3::new(0.66, 0.53, 0.36) });
+    let rock = scene.add_material("rock", MaterialDescription::Lambertian { diffuse: Vec3::new(0.20, 0.17, 0.15) });
+    scene.objects.push(reef::ground(sand, rock));
+    scene.objects.push(reef::corals(coral));
+    scene.objects.push(reef::ball(chrome));
+    scene.objects.push(reef::bubbles(bubble));
+    scene.objects.push(manta::manta(back, belly));
+    scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Geometry;
+
+    #[test]
+    fn nothing_of_it_is_left_out() {
+        let geometry = Geometry::new(&scene().objects).unwrap();
+        let report = geometry.report();
+        assert_eq!(report.left_out(), 0, "{report:?}");
+        assert!((10_000..50_000).contains(&(report.triangles + report.spheres)), "{report:?}");
+        assert!(report.spheres > 500, "{report:?}");
+    }
+}

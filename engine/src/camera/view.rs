@@ -1,0 +1,298 @@
+//! Where a camera stands and looks: plain data, with the operations of a viewer.
+
+use glam::{Vec2, Vec3};
+
+use crate::math::{normalize, normalize_or};
+
+/// Which axis of a model points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Up {
+    /// The y axis, as most modellers have it.
+    #[default]
+    Y,
+    /// The z axis, as engineering and geography have it.
+    Z,
+}
+
+impl Up {
+    /// The unit vector.
+    pub const fn vector(self) -> Vec3 {
+        match self {
+            Self::Y => Vec3::Y,
+            Self::Z => Vec3::Z,
+        }
+    }
+
+    /// Turns a direction that was thought of with y up and z towards the viewer.
+    pub const fn from_y_up(self, v: Vec3) -> Vec3 {
+        match self {
+            Self::Y => v,
+            Self::Z => Vec3::new(v.x, -v.z, v.y),
+        }
+    }
+
+    /// Guesses from the bounds of a model. It is z where the model stands on z = 0 but not on y = 0, or where it is
+    /// much flatter in z than in x and y (a terrain, a house) and does not have its middle at z = 0; else y.
+    pub fn guess(bounds: (Vec3, Vec3)) -> Self {
+        let (low, high) = bounds;
+        let size = high - low;
+        let stands = |axis: usize| low[axis].abs() <= 0.01 * size[axis];
+        let flat = size.z < 0.6 * size.x.min(size.y);
+        let centered = (low.z + high.z).abs() <= 0.1 * size.z;
+        if !stands(1) && (stands(2) || (flat && !centered)) { Self::Z } else { Self::Y }
+    }
+}
+
+impl std::str::FromStr for Up {
+    type Err = crate::choice::UnknownName;
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        match name {
+            "y" | "Y" => Ok(Self::Y),
+            "z" | "Z" => Ok(Self::Z),
+            _ => Err(Self::Err { kind: "up axis", name: name.to_owned(), known: "y, z".to_owned() }),
+        }
+    }
+}
+
+/// A point of view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where the eye is.
+    pub eye: Vec3,
+    /// What it looks at; orbits turn around it.
+    pub at: Vec3,
+    /// Which way is up; need not be perpendicular to anything.
+    pub up: Vec3,
+    /// Vertical field of view, degrees.
+    pub fov: f32,
+}
+
+impl View {
+    /// Vertical field of view of [`frame`](Self::frame), degrees.
+    pub const DEFAULT_FOV: f32 = 35.0;
+    /// Part of the half image that framed models may fill.
+    const FILL: f32 = 0.92;
+    /// From the model towards the eye, with y up: from the right, in front, above.
+    const THREE_QUARTERS: Vec3 = Vec3::new(0.58, 0.40, 0.74);
+
+    /// The three-quarter view that shows all of `bounds`, with a small margin, in an image whose width is `aspect` times
+    /// its height. Bounds that are empty or not finite give a view of the unit cube.
+    pub fn frame(bounds: (Vec3, Vec3), up: Up, aspect: f32) -> Self {
+        let (low, high) = bounds;
+        let corner = |i: usize| {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            Vec3::new(pick(0), pick(1), pick(2))
+        };
+        Self::frame_points((0..8).map(corner), bounds, up, aspect)
+    }
+
+    /// As [`frame`](Self::frame), but fits the `points`, which should all be within `bounds`: tighter where a model
+    /// leaves its bounds' corners empty.
+    pub fn frame_points(points: impl Iterator<Item = Vec3>, bounds: (Vec3, Vec3), up: Up, aspect: f32) -> Self {
+        let (low, high) = bounds;
+        let radius = 0.5 * (high * 0.5 - low * 0.5).length() * 2.0;
+        if !(low.cmple(high).all() && low.is_finite() && high.is_finite() && radius.is_finite()) {
+            return Self::frame((Vec3::splat(-0.5), Vec3::splat(0.5)), up, aspect);
+        }
+        let middle = low * 0.5 + high * 0.5;
+        // One point is framed as a small cube around it would be.
+        let scale = if radius > 0.0 { radius } else { middle.abs().max_element().max(1.0) * 1e-3 };
+
+        let backward = normalize(up.from_y_up(Self::THREE_QUARTERS));
+        let right = normalize(up.vector().cross(backward));
+        let upward = backward.cross(right);
+        let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
+        let slope_y = libm::tanf(Self::DEFAULT_FOV.to_radians() * 0.5) * Self::FILL;
+        let slopes = Vec2::new(slope_y * aspect, slope_y);
+
+        // In coordinates relative to the middle, in units of the scale: with depth d towards the eye, a point is within
+        // the image if |p.x - eye.x| <= slope.x (eye.d - p.d), and likewise y. Both sides' limits give the least eye.d;
+        // the eye goes half way between them.
+        let mut limits = [Vec2::splat(f32::NEG_INFINITY); 2];
+        let mut nearest = f32::NEG_INFINITY;
+        for point in points {
+            let p = (point - middle) / scale;
+            let (flat, depth) = (Vec2::new(p.dot(right), p.dot(upward)), p.dot(backward));
+            limits[0] = limits[0].max(flat + slopes * depth);
+            limits[1] = limits[1].max(slopes * depth - flat);
+            nearest = nearest.max(depth);
+        }
+        let offset = (limits[0] - limits[1]) * 0.5;
+        let depths = (limits[0] + limits[1]) / (slopes * 2.0);
+        // A tenth of the size is kept free before the eye: a model that is seen end on may need no distance at all.
+        let depth = depths.max_element().max(nearest + 0.1);
+        let (offset, depth) = if depth.is_finite() { (offset, depth) } else { (Vec2::ZERO, 2.0 / slope_y) };
+
+        let at = middle + (right * offset.x + upward * offset.y) * scale;
+        Self { eye: at + backward * (depth * scale), at, up: up.vector(), fov: Self::DEFAULT_FOV }
+    }
+
+    /// Unit vectors right, up and forward of the image. Total: where `up` is parallel to the view, or eye and `at` are
+    /// the same, some sensible basis.
+    pub fn basis(&self) -> [Vec3; 3] {
+        let difference = [0, 1, 2].map(|i| f64::from(self.at[i]) - f64::from(self.eye[i]));
+        let forward = normalize_or(difference, Vec3::NEG_Z);
+        let up = normalize_or(self.up.to_array().map(f64::from), Vec3::Y);
+        let across = forward.cross(up);
+        let right = if across.length_squared() > 1e-8 {
+            normalize(across)
+        } else {
+            // The axis that is least parallel to forward.
+            let size = forward.abs();
+            let other = if size.x <= size.y && size.x <= size.z {
+                Vec3::X
+            } else if size.y <= size.z {
+                Vec3::Y
+            } else {
+                Vec3::Z
+            };
+            normalize(forward.cross(other))
+        };
+        [right, right.cross(forward), forward]
+    }
+
+    /// Distance from the eye to what it looks at.
+    pub fn distance(&self) -> f32 {
+        (self.at - self.eye).length()
+    }
+
+    /// Turns the eye around `at`: by `yaw` radians around the up axis (positive: the model turns to the right), and by
+    /// `pitch` up or down (positive: the eye rises), stopping short of the poles.
+    pub fn orbit(&self, yaw: f32, pitch: f32) -> Self {
+        let up = normalize_or(self.up.to_array().map(f64::from), Vec3::Y);
+        let backward = self.eye - self.at;
+        let distance = backward.length();
+        if !(distance > 0.0 && yaw.is_finite() && pitch.is_finite()) {
+            return *self;
+        }
+        let [right, ..] = self.basis();
+        let backward = normalize(backward);
+        let level = right.cross(up);
+        let height = libm::asinf(backward.dot(up).clamp(-1.0, 1.0));
+        const POLE: f32 = 1.55;
+        let height = (height + pitch).clamp(-POLE, POLE);
+        let (sin_yaw, cos_yaw) = (libm::sinf(-yaw), libm::cosf(-yaw));
+        let flat = level * cos_yaw + right * sin_yaw;
+        let backward = normalize(flat * libm::cosf(height) + up * libm::sinf(height));
+        Self { eye: self.at + backward * distance, ..*self }
+    }
+
+    /// Moves eye and `at` sideways, by fractions of the image's height at the distance of `at` (positive: the model
+    /// moves right and up).
+    pub fn pan(&self, right: f32, up: f32) -> Self {
+        let [r, u, _] = self.basis();
+        let height = 2.0 * self.distance() * self.slope();
+        let by = (r * right + u * up) * -height;
+        if by.is_finite() { Self { eye: self.eye + by, at: self.at + by, ..*self } } else { *self }
+    }
+
+    /// Moves the eye towards `at` (`factor` below 1) or away from it: the distance is multiplied by `factor`.
+    pub fn dolly(&self, factor: f32) -> Self {
+        let eye = self.at + (self.eye - self.at) * factor;
+        if factor > 0.0 && eye.is_finite() && eye != self.at { Self { eye, ..*self } } else { *self }
+    }
+
+    /// Narrows (`factor` below 1) or widens the field of view, within 1 to 150 degrees.
+    pub fn zoom(&self, factor: f32) -> Self {
+        let fov = (self.fov * factor).clamp(1.0, 150.0);
+        if fov.is_finite() { Self { fov, ..*self } } else { *self }
+    }
+
+    /// Half the image's height at distance 1.
+    pub fn slope(&self) -> f32 {
+        let fov = if self.fov.is_finite() { self.fov.clamp(1e-3, 179.0) } else { Self::DEFAULT_FOV };
+        libm::tanf(fov.to_radians() * 0.5)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Image coordinates of a point, -1..1 where it is seen; `None` behind the eye.
+    fn project(view: &View, aspect: f32, point: Vec3) -> Option<Vec2> {
+        let [r, u, f] = view.basis();
+        let v = point - view.eye;
+        let depth = v.dot(f);
+        (depth > 0.0).then(|| Vec2::new(v.dot(r) / aspect, v.dot(u)) / (depth * view.slope()))
+    }
+
+    fn corners(low: Vec3, high: Vec3) -> impl Iterator<Item = Vec3> {
+        (0..8).map(move |i| {
+            let pick = |a: usize| if i >> a & 1 == 0 { low[a] } else { high[a] };
+            Vec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn framing_keeps_all_corners_in_view(
+            low in prop::array::uniform3(-1.0_f32..1.0),
+            size in prop::array::uniform3(prop_oneof![Just(0.0_f32), 0.0_f32..2.0]),
+            scale in prop_oneof![Just(1e-6_f32), Just(1.0), Just(1e6)],
+            aspect in 0.2_f32..5.0,
+            z in any::<bool>(),
+        ) {
+            let (low, size) = (Vec3::from(low) * scale, Vec3::from(size) * scale);
+            let up = if z { Up::Z } else { Up::Y };
+            let view = View::frame((low, low + size), up, aspect);
+            let mut widest = 0.0_f32;
+            for corner in corners(low, low + size) {
+                let at = project(&view, aspect, corner);
+                prop_assert!(at.is_some(), "{:?} is behind {:?}", corner, view);
+                widest = widest.max(at.unwrap().abs().max_element());
+            }
+            prop_assert!(widest < 0.97, "a corner at {} in {:?}", widest, view);
+            let solid = size.max_element() > 1e-2 * low.abs().max_element();
+            prop_assert!(!solid || widest > 0.5, "wasted space: {} in {:?}", widest, view);
+        }
+
+        #[test]
+        fn orbits_keep_the_distance(yaw in -7.0_f32..7.0, pitch in -4.0_f32..4.0) {
+            let view = View::frame((Vec3::NEG_ONE, Vec3::ONE), Up::Z, 1.5);
+            let turned = view.orbit(yaw, pitch);
+            prop_assert!((turned.distance() / view.distance() - 1.0).abs() < 1e-4);
+            prop_assert!(turned.basis().iter().all(|v| (v.length() - 1.0).abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn orbits_turn_back() {
+        let view = View::frame((Vec3::NEG_ONE, Vec3::ONE), Up::Y, 1.0);
+        let back = view.orbit(0.3, 0.2).orbit(0.0, -0.2).orbit(-0.3, 0.0);
+        assert!((back.eye - view.eye).length() < 1e-4 * view.distance());
+    }
+
+    #[test]
+    fn empty_and_broken_bounds_give_a_view() {
+        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for bounds in [empty, (Vec3::NAN, Vec3::ONE), (Vec3::MIN, Vec3::MAX), (Vec3::ZERO, Vec3::ZERO)] {
+            let view = View::frame(bounds, Up::Y, 1.0);
+            assert!(view.eye.is_finite() && view.distance() > 0.0, "{view:?}");
+        }
+    }
+
+    #[test]
+    fn a_basis_exists_for_any_view() {
+        let base = View { eye: Vec3::ZERO, at: Vec3::NEG_Y, up: Vec3::Y, fov: 30.0 };
+        for view in
+            [base, View { at: Vec3::ZERO, ..base }, View { up: Vec3::NAN, ..base }, View { at: Vec3::MAX, ..base }]
+        {
+            let [r, u, f] = view.basis();
+            assert!(r.dot(u).abs() < 1e-5 && r.dot(f).abs() < 1e-5 && u.dot(f).abs() < 1e-5, "{view:?}");
+            assert!([r, u, f].iter().all(|v| (v.length() - 1.0).abs() < 1e-5), "{view:?}");
+        }
+    }
+
+    #[test]
+    fn the_up_axis_of_known_models_is_guessed() {
+        let guess = |low: [f32; 3], high: [f32; 3]| Up::guess((low.into(), high.into()));
+        let bunny = guess([-1.0, -0.991233, -0.775047], [1.0, 0.991233, 0.775047]);
+        let motorbike = guess([-0.291665, -0.350289, -4.232e-05], [1.75115, 0.332267, 1.35152]);
+        let engine2cyl = guess([-371.692, -180.972, -140.0], [371.692, 92.042, 128.0]);
+        let fzk_house = guess([-3.0, -3.0, -1.0], [15.0, 13.0, 6.31769]);
+        let funnel = guess([-94.9827, -14.9998, -80.0], [49.9996, 200.0, 124.779]);
+        assert_eq!([bunny, motorbike, engine2cyl, fzk_house, funnel], [Up::Y, Up::Z, Up::Y, Up::Z, Up::Y]);
+    }
+}

@@ -1,0 +1,9 @@
+//! Displays: where finished pictures go.
+//!
+//! The trait [`Display`] and the stage that calls it belong to the [`pipeline`](crate::pipeline); here is what they show
+//! pictures on: a PNG file, a window, nothing.
+
+pub mod png;
+pub mod window;
+
+pub use crate::pipeline::{Display, NullDisplay, Picture, Shown};

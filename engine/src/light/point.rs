@@ -1,0 +1,45 @@
+//! A light without extent.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use mobula_core::Columns3;
+use mobula_core::rays::{set_vec3, vec3};
+
+use crate::stack::{Illumination, Light};
+
+/// Light from a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Where it is.
+    pub position: Vec3,
+    /// Radiance that arrives; with falloff, at distance 1.
+    pub color: Vec3,
+    /// Does it get weaker with the square of the distance?
+    pub falloff: bool,
+}
+
+impl<const N: usize> Light<N> for Point {
+    /// A point at the light itself gets nothing.
+    fn illuminate(&self, points: &Columns3<N>, range: Range<usize>, out: &mut Illumination<N>) {
+        for i in range {
+            let v = self.position - vec3(points, i);
+            let square = v.dot(v);
+            let distance = square.sqrt();
+            let usable = square > 0.0 && square < f32::INFINITY;
+            let scale = if usable { 1.0 / distance } else { 0.0 };
+            set_vec3(&mut out.direction, i, v * scale);
+            let weight = match (usable, self.falloff) {
+                (false, _) => 0.0,
+                (true, false) => 1.0,
+                (true, true) => 1.0 / square,
+            };
+            set_vec3(&mut out.radiance, i, self.color * weight);
+            out.distance[i] = distance;
+        }
+    }
+
+    fn position(&self) -> Option<Vec3> {
+        Some(self.position)
+    }
+}

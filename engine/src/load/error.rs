@@ -1,0 +1,54 @@
+//! What went wrong with a file: its name, the line, the problem and the remedy, in one line.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A file that could not be loaded. Prints as `file:line: problem; remedy`, without a line break.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct LoadError {
+    /// The file as the user named it.
+    pub file: PathBuf,
+    /// The line, counted from 1, where lines mean anything.
+    pub line: Option<u64>,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do about it; may be empty.
+    pub remedy: String,
+}
+
+impl LoadError {
+    /// An error about `file` as a whole.
+    pub fn new(file: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { file: file.to_owned(), line: None, problem: problem.into(), remedy: remedy.into() }
+    }
+
+    /// The same error at a line.
+    #[must_use]
+    pub fn at(mut self, line: u64) -> Self {
+        self.line = Some(line);
+        self
+    }
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": {}", self.problem)?;
+        if !self.remedy.is_empty() {
+            write!(f, "; {}", self.remedy)?;
+        }
+        Ok(())
+    }
+}
+
+/// At most 40 characters of text from a file, made safe to print on one line.
+pub(super) fn quoted(text: &str) -> String {
+    let mut short: String = text.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect();
+    if text.chars().nth(40).is_some() {
+        short.push_str("...");
+    }
+    format!("'{short}'")
+}

@@ -1,0 +1,60 @@
+//! Surfaces that look the same from all directions (Lambert 1760).
+
+use glam::Vec3;
+use mobula_core::rays::{set_vec3, vec3};
+use mobula_core::{Column, Columns3, SubPacket};
+
+use super::{Points, for_each_color};
+use crate::light::shadow;
+use crate::stack::{Context, Illumination, Material};
+
+/// Scatters light evenly. Both sides of a surface look the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lambertian {
+    /// Fraction of the light that is scattered, linear RGB.
+    pub diffuse: Vec3,
+}
+
+impl<const N: usize> Material<N> for Lambertian {
+    fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
+        let points = Points::new(context, hits);
+        let mut light = ambient(context, &points);
+        for source in &context.scene.lights {
+            let mut arriving = Illumination::default();
+            shadow::illuminate(context, &**source, &points, &mut arriving);
+            for i in points.range() {
+                add(&mut light, i, scattered(&points, &arriving, i));
+            }
+        }
+        for_each_color(context, hits, |i, own| {
+            let color = self.diffuse * own * vec3(&light, i);
+            set_vec3(&mut light, i, color);
+        });
+        points.range().for_each(|i| hits.set_color(i, vec3(&light, i)));
+    }
+
+    fn base_color(&self) -> Vec3 {
+        self.diffuse
+    }
+}
+
+/// What arrives from everywhere, in the rows of `points`.
+pub(super) fn ambient<const N: usize>(context: &Context<'_, N>, points: &Points<N>) -> Columns3<N> {
+    let mut light = [Column::splat(0.0); 3];
+    for i in points.range() {
+        set_vec3(&mut light, i, context.scene.ambient.at(points.normal(i)));
+    }
+    light
+}
+
+/// What a perfectly white surface at point `i` scatters of what arrives there.
+#[inline(always)]
+pub(super) fn scattered<const N: usize>(points: &Points<N>, arriving: &Illumination<N>, i: usize) -> Vec3 {
+    arriving.radiance(i) * arriving.direction(i).dot(points.normal(i)).max(0.0)
+}
+
+#[inline(always)]
+pub(super) fn add<const N: usize>(columns: &mut Columns3<N>, i: usize, value: Vec3) {
+    let sum = vec3(columns, i) + value;
+    set_vec3(columns, i, sum);
+}

@@ -1,0 +1,127 @@
+//! Displays: where the finished pictures of a channel go.
+//!
+//! Source: Bigler, Stephens and Parker 2006, section 5.2 (image display as an imbalanced stage).
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::sync::Mutex;
+
+use super::fault;
+use super::stage::{Balance, Frame, Stage};
+use crate::image::{FrameBuffer, Size};
+
+/// A picture to be shown.
+#[derive(Debug)]
+pub struct Picture<'a, B = FrameBuffer> {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Index of the channel.
+    pub channel: usize,
+    /// Name of the channel.
+    pub name: &'a str,
+    /// Size of the picture: it may be older than the channel's present size.
+    pub size: Size,
+    /// The pixels.
+    pub buffer: &'a B,
+}
+
+/// What becomes of a display after a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// Show the next one too.
+    Continue,
+    /// This display is closed: show it no more pictures; the run goes on.
+    Detach,
+    /// End the run.
+    Stop,
+}
+
+/// Shows pictures, one at a time, on whichever render thread the pipeline chooses.
+pub trait Display<B = FrameBuffer>: Send {
+    /// What it is called in errors.
+    fn name(&self) -> &str;
+
+    /// Shows one picture. An error ends the run with a fault that names the display.
+    fn show(&mut self, picture: &Picture<'_, B>) -> Result<Shown, Box<dyn Error + Send + Sync>>;
+}
+
+/// A display, until it detaches.
+type Slot<B> = Option<Box<dyn Display<B>>>;
+
+/// The imbalanced stage that shows each channel on its display. Channels without a display are not shown.
+pub struct DisplayStage<B = FrameBuffer> {
+    displays: BTreeMap<usize, Mutex<Slot<B>>>,
+}
+
+impl<B> DisplayStage<B> {
+    /// A stage without displays.
+    pub fn new() -> Self {
+        Self { displays: BTreeMap::new() }
+    }
+
+    /// Shows a channel on a display, in the place of the one it had.
+    #[must_use]
+    pub fn with(mut self, channel: usize, display: impl Display<B> + 'static) -> Self {
+        self.displays.insert(channel, Mutex::new(Some(Box::new(display))));
+        self
+    }
+}
+
+impl<S, B: Send + Sync> Stage<S, B> for DisplayStage<B> {
+    fn name(&self) -> &str {
+        "display"
+    }
+
+    fn balance(&self) -> Balance {
+        Balance::Imbalanced
+    }
+
+    fn run(&self, frame: &Frame<'_, S, B>) {
+        for view in frame.channels() {
+            let Some(display) = self.displays.get(&view.index) else { continue };
+            // One thread per channel and frame: the lock is never waited for.
+            let mut slot = display.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let Some(display) = slot.as_mut() else { continue };
+            let picture = Picture {
+                frame: frame.number,
+                channel: view.index,
+                name: &view.channel.name,
+                size: view.size,
+                buffer: view.buffer,
+            };
+            let name = display.name().to_owned();
+            let shown = fault::scope(&name, || display.show(&picture).unwrap_or_else(|error| fault::fail(error)));
+            match shown {
+                Shown::Continue => {}
+                Shown::Detach => *slot = None,
+                Shown::Stop => frame.request_stop(),
+            }
+        }
+    }
+}
+
+impl<B> Default for DisplayStage<B> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<B> std::fmt::Debug for DisplayStage<B> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DisplayStage").field("channels", &self.displays.keys()).finish()
+    }
+}
+
+/// A display that throws pictures away and counts nothing: for benchmarks.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NullDisplay;
+
+impl<B> Display<B> for NullDisplay {
+    fn name(&self) -> &str {
+        "null display"
+    }
+
+    fn show(&mut self, _: &Picture<'_, B>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
+        Ok(Shown::Continue)
+    }
+}
