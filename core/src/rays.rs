@@ -23,7 +23,7 @@ pub struct Rays<const N: usize> {
     pub t_max: Column<f32, N>,
     time: Column<f32, N>,
     inverse: Columns3<N>,
-    shear: [Column<f32, N>; 2],
+    shear: Columns3<N>,
     axis: Column<u32, N>,
     begin: usize,
     end: usize,
@@ -41,7 +41,7 @@ impl<const N: usize> Default for Rays<N> {
             t_max: zero,
             time: zero,
             inverse: [zero; 3],
-            shear: [zero; 2],
+            shear: [zero; 3],
             axis: Column::splat(0),
             begin: 0,
             end: 0,
@@ -219,11 +219,11 @@ impl<const N: usize> Rays<N> {
         &self.inverse
     }
 
-    /// Shear factors `d[x] / d[z]`, `d[y] / d[z]` along each ray's dominant axis z, and that axis (Woop, Benthin and
+    /// Shear factors `d[x] / d[z]`, `d[y] / d[z]` and `1 / d[z]` along each ray's dominant axis z, and that axis (Woop, Benthin and
     /// Wald, "Watertight Ray/Triangle Intersection", JCGT 2013), computed when first asked for. On equal sizes the
     /// lower axis is dominant.
     #[inline(always)]
-    pub fn shears<T: Token>(&mut self, token: T) -> (&[Column<f32, N>; 2], &Column<u32, N>) {
+    pub fn shears<T: Token>(&mut self, token: T) -> (&Columns3<N>, &Column<u32, N>) {
         if !self.properties.contains(Properties::HAVE_SHEARS) {
             let mut seen = [false; 3];
             let mut at = 0;
@@ -237,6 +237,7 @@ impl<const N: usize> Rays<N> {
                 let scale = token.splat(1.0) / z;
                 (x * scale).store_masked(&mut self.shear[0][..], at, active);
                 (y * scale).store_masked(&mut self.shear[1][..], at, active);
+                scale.store_masked(&mut self.shear[2][..], at, active);
                 let axis = token.splat_i32(2);
                 let axis = I32Lanes::select(axis, on_z, token.splat_i32(0));
                 let axis = I32Lanes::select(token.splat_i32(1), on_y, axis);
@@ -256,7 +257,7 @@ impl<const N: usize> Rays<N> {
 
     /// The shear factors as they are: derived by [`shears`](Self::shears).
     #[inline(always)]
-    pub(crate) fn shear_columns(&self) -> &[Column<f32, N>; 2] {
+    pub(crate) fn shear_columns(&self) -> &Columns3<N> {
         &self.shear
     }
 

@@ -1,2 +1,7 @@
-//! The command.
-fn main() {}
+//! The `mobula` command: see [`command`].
+
+mod command;
+
+fn main() -> std::process::ExitCode {
+    command::run()
+}

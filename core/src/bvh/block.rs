@@ -10,30 +10,24 @@ pub const BLOCK: usize = 4;
 
 /// Four primitives of one kind. Unused places have the id [`NO_HIT`](crate::NO_HIT) and come last.
 pub trait Block: Copy + Send + Sync + 'static {
-    /// One primitive with all that is the same for every ray of a packet worked out.
-    type Prepared<T: Token>: Copy;
+    /// Four primitives with all that is the same for every ray of a packet worked out.
+    type Prepared: Copy;
+    /// Does [`test`](Self::test) read the packet's shears?
+    const SHEARS: bool;
 
     /// Scene-wide primitive ids.
     fn ids(&self) -> &[u32; BLOCK];
 
-    /// Does this packet allow the hoisted path (`HOISTED` of the other methods)?
-    fn can_hoist<const N: usize>(rays: &Rays<N>) -> bool;
+    /// Prepares the block for a packet: with a `COMMON_ORIGIN` relative to it.
+    fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared;
 
-    /// Derives in the packet what [`test`](Self::test) reads.
-    fn derive<T: Token, const N: usize>(token: T, rays: &mut Rays<N>);
-
-    /// Prepares primitive `i` for a packet.
-    fn prepare<T: Token, const N: usize, const HOISTED: bool>(
-        &self,
+    /// Tests primitive `i` of a prepared block against the rays from `at`: which lanes hit within their intervals, and
+    /// where. With a `COMMON_ORIGIN` all directions have the dominant axis `axis`.
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
         token: T,
+        prepared: &Self::Prepared,
         i: usize,
-        rays: &Rays<N>,
-    ) -> Self::Prepared<T>;
-
-    /// Tests a prepared primitive against the rays from `at`: which lanes hit within their intervals, and where.
-    fn test<T: Token, const N: usize, const HOISTED: bool>(
-        token: T,
-        prepared: &Self::Prepared<T>,
+        axis: usize,
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32);

@@ -1,5 +1,7 @@
 //! A node: the bounds of eight children as a structure of arrays, four cache lines.
 
+use mobula_simd::Token;
+
 use super::Bounds;
 
 /// Where a child is.
@@ -90,6 +92,16 @@ impl Node {
         ],
         child: [Child::EMPTY; 8],
     };
+
+    /// Three rows of planes, of the children from `at`.
+    #[inline(always)]
+    pub(crate) fn rows<T: Token>(&self, token: T, rows: [usize; 3], at: usize) -> [T::F32; 3] {
+        [
+            token.load(&self.planes[rows[0] % 6], at),
+            token.load(&self.planes[rows[1] % 6], at),
+            token.load(&self.planes[rows[2] % 6], at),
+        ]
+    }
 
     /// Puts a child at `slot`.
     pub fn set(&mut self, slot: usize, bounds: &Bounds, child: Child) {

@@ -43,60 +43,53 @@ impl Bvh<SphereBlock> {
     }
 }
 
-/// A sphere for a packet: the vector from its centre to the common origin (hoisted), or its centre.
-#[derive(Clone, Copy, Debug)]
-pub struct Prepared<F> {
-    center: [F; 3],
-    radius2: F,
-}
-
 impl Block for SphereBlock {
-    type Prepared<T: Token> = Prepared<T::F32>;
+    /// Vectors from the centres to the common origin, or the centres.
+    type Prepared = ([[f32; BLOCK]; 3], [f32; BLOCK]);
+    const SHEARS: bool = false;
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {
         &self.ids
     }
 
-    fn can_hoist<const N: usize>(rays: &Rays<N>) -> bool {
-        rays.properties().contains(Properties::COMMON_ORIGIN)
-    }
-
     #[inline(always)]
-    fn derive<T: Token, const N: usize>(_token: T, _rays: &mut Rays<N>) {}
-
-    #[inline(always)]
-    fn prepare<T: Token, const N: usize, const HOISTED: bool>(
-        &self,
-        token: T,
-        i: usize,
-        rays: &Rays<N>,
-    ) -> Prepared<T::F32> {
-        let first = rays.range().start;
-        let mut center = [self.center[0][i], self.center[1][i], self.center[2][i]];
-        if HOISTED {
-            for (x, origin) in center.iter_mut().zip(rays.origins()) {
-                *x = origin[first] - *x;
+    fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared {
+        let mut center = self.center;
+        let mut radius2 = self.radius;
+        for radius in &mut radius2 {
+            *radius *= *radius;
+        }
+        if COMMON_ORIGIN {
+            let first = rays.range().start;
+            for (row, origin) in center.iter_mut().zip(rays.origins()) {
+                for x in row {
+                    *x = origin[first] - *x;
+                }
             }
         }
-        Prepared { center: splat3(token, center), radius2: token.splat(self.radius[i] * self.radius[i]) }
+        (center, radius2)
     }
 
     #[inline(always)]
-    fn test<T: Token, const N: usize, const HOISTED: bool>(
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
         token: T,
-        prepared: &Prepared<T::F32>,
+        (center, radius2): &Self::Prepared,
+        i: usize,
+        _axis: usize,
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let direction = load3(token, rays.directions(), at);
-        let center = if HOISTED { prepared.center } else { sub(load3(token, rays.origins(), at), prepared.center) };
+        let center = splat3(token, [center[0][i], center[1][i], center[2][i]]);
+        let center = if COMMON_ORIGIN { center } else { sub(load3(token, rays.origins(), at), center) };
+        let radius2 = token.splat(radius2[i]);
         let all = token.mask(u32::MAX);
         if rays.properties().contains(Properties::NORMALIZED_DIRECTIONS) {
-            sphere::<T, true>(token, all, center, prepared.radius2, direction, t_min, t_max)
+            sphere::<T, true>(token, all, center, radius2, direction, t_min, t_max)
         } else {
-            sphere::<T, false>(token, all, center, prepared.radius2, direction, t_min, t_max)
+            sphere::<T, false>(token, all, center, radius2, direction, t_min, t_max)
         }
     }
 

@@ -8,7 +8,7 @@ use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::kernel::{load3, splat3, sub};
 use crate::rays::last_axis;
 use crate::traverse::SingleRay;
-use crate::{NO_HIT, Properties, Rays};
+use crate::{NO_HIT, Rays};
 
 /// The axes in order when the last is dominant.
 const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
@@ -51,67 +51,60 @@ impl Bvh<TriangleBlock> {
 }
 
 impl Block for TriangleBlock {
-    type Prepared<T: Token> = [[T::F32; 3]; 3];
+    type Prepared = [[[f32; BLOCK]; 3]; 3];
+    const SHEARS: bool = true;
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {
         &self.ids
     }
 
-    fn can_hoist<const N: usize>(rays: &Rays<N>) -> bool {
-        rays.properties().contains(Properties::COMMON_ORIGIN | Properties::HAVE_SHEARS | Properties::CONSTANT_AXIS)
-    }
-
     #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, rays: &mut Rays<N>) {
-        rays.shears(token);
-    }
-
-    #[inline(always)]
-    fn prepare<T: Token, const N: usize, const HOISTED: bool>(
-        &self,
-        token: T,
-        i: usize,
-        rays: &Rays<N>,
-    ) -> [[T::F32; 3]; 3] {
-        let first = rays.range().start;
-        let mut corners = [splat3(token, [0.0; 3]); 3];
-        for (out, corner) in corners.iter_mut().zip(&self.corners) {
-            *out = if HOISTED {
-                // Relative to the origin, the dominant axis last.
-                let axes = AXES[rays.axes()[first] as usize % 3];
-                let mut relative = [0.0; 3];
-                for (x, axis) in relative.iter_mut().zip(axes) {
-                    *x = corner[axis][i] - rays.origins()[axis][first];
+    fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> [[[f32; BLOCK]; 3]; 3] {
+        let mut corners = self.corners;
+        if COMMON_ORIGIN {
+            let first = rays.range().start;
+            for corner in &mut corners {
+                for (row, origin) in corner.iter_mut().zip(rays.origins()) {
+                    for x in row {
+                        *x -= origin[first];
+                    }
                 }
-                splat3(token, relative)
-            } else {
-                splat3(token, [corner[0][i], corner[1][i], corner[2][i]])
-            };
+            }
         }
         corners
     }
 
     #[inline(always)]
-    fn test<T: Token, const N: usize, const HOISTED: bool>(
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
         token: T,
-        corners: &[[T::F32; 3]; 3],
+        prepared: &[[[f32; BLOCK]; 3]; 3],
+        i: usize,
+        axis: usize,
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
         let shear = rays.shear_columns();
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let shear = [token.load(&shear[0][..], at), token.load(&shear[1][..], at)];
-        if HOISTED {
-            let axis = rays.axes()[rays.range().start] as usize % 3;
-            let forward = token.load(&rays.directions()[axis][..], at);
-            return triangle(token, token.mask(u32::MAX), *corners, &ShearedRay { shear, forward, t_min, t_max });
+        let [a, b, c] = prepared;
+        if COMMON_ORIGIN {
+            let [x, y, z] = AXES[axis % 3];
+            let corners = [
+                splat3(token, [a[x][i], a[y][i], a[z][i]]),
+                splat3(token, [b[x][i], b[y][i], b[z][i]]),
+                splat3(token, [c[x][i], c[y][i], c[z][i]]),
+            ];
+            let forward = token.load(&rays.directions()[z][..], at);
+            return triangle(token, token.mask(u32::MAX), corners, &ShearedRay { shear, forward, t_min, t_max });
         }
+        let a = splat3(token, [a[0][i], a[1][i], a[2][i]]);
+        let b = splat3(token, [b[0][i], b[1][i], b[2][i]]);
+        let c = splat3(token, [c[0][i], c[1][i], c[2][i]]);
         let origin = load3(token, rays.origins(), at);
         let direction = load3(token, rays.directions(), at);
         let axes = token.load_u32(&rays.axes()[..], at);
         let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
-        let [a, b, c] = *corners;
         let relative = [
             last_axis::<T>(sub(a, origin), on_y, on_z),
             last_axis::<T>(sub(b, origin), on_y, on_z),

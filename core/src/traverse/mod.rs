@@ -1,19 +1,25 @@
 //! How rays find their primitives in a [`Bvh`].
 //!
-//! Two paths. Groups of up to 16 rays whose directions have constant signs travel together as a *packet*
-//! ([`packet`]): a node's eight children are tested at once against the intervals of the packet's origins and
-//! reciprocal directions. What is left goes ray by ray ([`single`]), one ray against eight boxes and four primitives.
-//! The hits are the same bits on both.
+//! Groups of up to 16 rays travel together as a *packet* ([`packet`]) when they have something in common: rays from one
+//! origin with one dominant axis as frusta ([`frusta`]), others with constant signs as intervals ([`intervals`]). A
+//! node's eight children are tested at once against all of the packet; a child that is met, against each group. What is
+//! left goes ray by ray ([`single`]), one ray against eight boxes and four primitives. The hits are the same bits on all
+//! paths.
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
-//! a coordinate of the ray's origin or of the tree. The triangle test moves a corner by at most 4 u s when it subtracts
-//! the origin and shears (one rounding for the difference, one for the shear factor's division, one for its reciprocal, one for the fused or
-//! two for the unfused product and sum: each at most u times a relative coordinate of at most 2 s). The slab test errs by
-//! three roundings, which move a plane by at most 3 u times its distance of at most 2 s. Together less than 16 u s =
-//! 2^-20 s; so every box is widened by [`PAD`] s, at no cost: the origins that are subtracted are moved instead.
+//! a coordinate of the rays' origins or of the tree, so that relative coordinates are at most 2 s.
+//! - The triangle test moves a corner across the ray by at most 4 u s (rounding the difference to the origin, and the
+//!   product and sum of the shear), takes a shear factor that is off by 2 u (at most 4 u s), and returns a distance whose depth is off
+//!   by at most 7 u of the greatest depth (14 u s).
+//! - A slab or plane test rounds a difference, a reciprocal and a product: at most 6 u s.
+//!
+//! Together 28 u s, less than 32 u s = 2^-19 s: by so much ([`PAD`]) every box is widened, at no cost, since the origins
+//! that are subtracted are moved instead.
 
-mod beams;
+mod cull;
+mod frusta;
+mod intervals;
 mod packet;
 mod single;
 
@@ -25,7 +31,7 @@ use crate::bvh::{Block, Bvh, Child};
 use crate::{AnyHitPacket, Hits, RayPacket, Rays};
 
 /// Boxes are widened by this much of the greatest coordinate: see the [module](self).
-pub const PAD: f32 = 1.0 / (1 << 20) as f32;
+pub const PAD: f32 = 1.0 / (1 << 19) as f32;
 
 /// How many rays took which path: what `--stats` prints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -191,4 +197,16 @@ impl<const N: usize> Target<N> for AnyHit {
     fn set(&mut self, rays: &mut Rays<N>, i: usize, _t: f32, _id: u32) {
         rays.t_max[i] = f32::NEG_INFINITY;
     }
+}
+
+/// Rows of a node's planes that rays of an octant (bit k: axis k is negative) meet first and last.
+#[inline(always)]
+fn node_rows(octant: u8) -> [[usize; 3]; 2] {
+    let mut rows = [[0, 1, 2], [3, 4, 5]];
+    for axis in 0..3 {
+        if octant >> axis & 1 != 0 {
+            (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
+        }
+    }
+    rows
 }

@@ -1,21 +1,22 @@
 //! Packets through the tree.
 //!
-//!     split the groups by octant; groups without one go ray by ray
-//!     for each octant: stack = [root, all its groups]
+//!     groups with nothing in common go ray by ray
+//!     for each class of the others: stack = [root, all groups of the class]
 //!         pop; skip if farther than the farthest hit
-//!         node: test eight children against the packet's beam at once
-//!               each child met: which groups' beams meet it?  push, nearest last
+//!         node: test eight children against the whole packet at once
+//!               each child met: which groups meet it?  push, nearest last
 //!         leaf: each primitive against each group's rays, W at a time
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::beams::{Beam, Beams, GROUPS, MIXED, group_size};
+use super::cull::{Cull, GROUPS, MIXED, group_size};
+use super::frusta::Frusta;
+use super::intervals::Intervals;
 use super::{Paths, Roots, Target, single};
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
-use crate::kernel::{aabb, splat3, sub};
-use crate::{NO_HIT, Rays};
+use crate::{NO_HIT, Properties, Rays};
 
-/// Groups with fewer rays in all travel ray by ray.
+/// Packets with fewer rays travel ray by ray.
 const FEW: usize = 4;
 
 #[derive(Clone, Copy)]
@@ -33,69 +34,97 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     target: &mut H,
     roots: Roots,
 ) -> Paths {
-    let mut paths = Paths::default();
     let range = rays.range();
     if range.is_empty() || bvh.primitives() == 0 {
-        return paths;
+        return Paths::default();
     }
-    B::derive(token, rays);
-    rays.inverse_directions(token);
-    let hoisted = B::can_hoist(rays);
-    let size = group_size(N);
-    let all_groups = range.start / size..range.end.div_ceil(size);
-    if range.len() < FEW {
-        paths.single += single::traverse(token, bvh, rays, target, roots, range);
-        return paths;
+    let common_origin = rays.properties().contains(Properties::COMMON_ORIGIN);
+    if common_origin || B::SHEARS {
+        rays.shears(token);
     }
-    let mut beams = Beams::new(token, rays, bvh.scale);
-    let mut left = 0u32;
-    for group in all_groups {
-        let rays_of = range.start.max(group * size)..range.end.min((group + 1) * size);
-        if beams.octant[group] == MIXED {
-            paths.single += single::traverse(token, bvh, rays, target, roots, rays_of);
-        } else {
-            left |= 1 << group;
-            if hoisted { paths.common_origin += rays_of.len() as u64 } else { paths.general += rays_of.len() as u64 }
-        }
-    }
-    while left != 0 {
-        let octant = beams.octant[left.trailing_zeros() as usize];
-        let groups = (0..GROUPS).filter(|&g| beams.octant[g] == octant).fold(0, |m, g| m | 1 << g) & left;
-        left &= !groups;
-        let beam = beams.around(groups, octant);
-        let mut walk = Walk { bvh, rays, target, beams: &mut beams, beam, octant };
-        for child in roots {
-            let root = Entry { child, near: f32::NEG_INFINITY, groups };
-            if hoisted { walk.from::<T, true>(token, root) } else { walk.from::<T, false>(token, root) }
+    let mut paths = Paths::default();
+    let single = if range.len() < FEW {
+        u32::MAX
+    } else if common_origin {
+        together::<T, N, B, H, Frusta>(token, bvh, rays, target, roots, &mut paths.common_origin)
+    } else {
+        rays.inverse_directions(token);
+        together::<T, N, B, H, Intervals>(token, bvh, rays, target, roots, &mut paths.general)
+    };
+    if single != 0 {
+        rays.inverse_directions(token);
+        for i in range {
+            if single >> (i / group_size(N)) & 1 != 0 {
+                single::traverse(token, bvh, rays, target, roots, i);
+                paths.single += 1;
+            }
         }
     }
     paths
 }
 
-struct Walk<'a, const N: usize, B, H> {
+/// Traces the groups that have something in common; returns the others.
+#[inline(always)]
+fn together<T: Token, const N: usize, B: Block, H: Target<N>, C: Cull>(
+    token: T,
+    bvh: &Bvh<B>,
+    rays: &mut Rays<N>,
+    target: &mut H,
+    roots: Roots,
+    traced: &mut u64,
+) -> u32 {
+    let size = group_size(N);
+    let range = rays.range();
+    let mut cull = C::new(token, rays, bvh.scale);
+    let (mut left, mut alone) = (0u32, 0u32);
+    for group in range.start / size..range.end.div_ceil(size) {
+        if cull.class(group) == MIXED {
+            alone |= 1 << group;
+        } else {
+            left |= 1 << group;
+            *traced += (range.end.min((group + 1) * size) - range.start.max(group * size)) as u64;
+        }
+    }
+    let mut stack = [Entry { child: bvh.root, near: 0.0, groups: 0 }; STACK];
+    while left != 0 {
+        let class = cull.class(left.trailing_zeros() as usize);
+        let mut groups = 0;
+        for group in 0..GROUPS {
+            groups |= u32::from(cull.class(group) == class) << group;
+        }
+        left &= !groups;
+        cull.gather(groups, class);
+        let mut walk = Walk { bvh, rays, target, cull: &mut cull };
+        for child in roots {
+            stack[0] = Entry { child, near: f32::NEG_INFINITY, groups };
+            walk.down(token, &mut stack);
+        }
+    }
+    alone
+}
+
+struct Walk<'a, const N: usize, B, H, C> {
     bvh: &'a Bvh<B>,
     rays: &'a mut Rays<N>,
     target: &'a mut H,
-    beams: &'a mut Beams,
-    beam: Beam,
-    octant: u8,
+    cull: &'a mut C,
 }
 
-impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
+impl<const N: usize, B: Block, H: Target<N>, C: Cull> Walk<'_, N, B, H, C> {
+    /// Walks down from `stack[0]`.
     #[inline(always)]
-    fn from<T: Token, const HOISTED: bool>(&mut self, token: T, root: Entry) {
-        let mut stack = [root; STACK];
+    fn down<T: Token>(&mut self, token: T, stack: &mut [Entry; STACK]) {
         let mut top = 1;
         while top > 0 {
             top -= 1;
             let entry = stack[top];
-            if entry.near > self.beam.t_max {
+            if entry.near > self.cull.farthest() {
                 continue;
             }
             if entry.child.is_leaf() {
-                self.leaf::<T, HOISTED>(token, entry);
+                self.leaf(token, entry);
             } else if let Some(node) = self.bvh.nodes.get(entry.child.index()) {
-                self.node(token, node, entry.groups, &mut stack, &mut top);
+                self.node(token, node, entry.groups, stack, &mut top);
             }
         }
     }
@@ -103,34 +132,15 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
     /// Pushes the children of `node` that any of the groups meets, the nearest last.
     #[inline(always)]
     fn node<T: Token>(&mut self, token: T, node: &Node, groups: u32, stack: &mut [Entry; STACK], top: &mut usize) {
-        let narrow = token.narrow();
-        let beam = &self.beam;
-        let rows = self.rows();
-        let mut met = 0u32;
         let mut nears = [0.0f32; 8];
-        let mut at = 0;
-        while at < 8 {
-            let to_near = sub(pick(narrow, node, rows[0], at), splat3(narrow, beam.origin[0]));
-            let to_far = sub(pick(narrow, node, rows[1], at), splat3(narrow, beam.origin[1]));
-            let inverse = [splat3(narrow, beam.inverse[0]), splat3(narrow, beam.inverse[1])];
-            let (hit, near) =
-                aabb::beam(narrow, to_near, to_far, inverse, narrow.splat(beam.t_min), narrow.splat(beam.t_max));
-            met |= hit.bits() << at;
-            near.store(&mut nears, at);
-            at += <T::Narrow as Token>::LANES;
-        }
+        let mut met = self.cull.children(token.narrow(), node, &mut nears);
         let first = *top;
         while met != 0 {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
             let mut of_child = groups;
-            if N > 16 && groups.count_ones() > 1 {
-                let [mut near, mut far] = [[0.0; 3]; 2];
-                for axis in 0..3 {
-                    near[axis] = node.planes[rows[0][axis] % 6][slot];
-                    far[axis] = node.planes[rows[1][axis] % 6][slot];
-                }
-                of_child &= self.beams.meet(token, near, far, N.div_ceil(group_size(N)));
+            if N > 16 && groups & (groups - 1) != 0 {
+                of_child &= self.cull.groups(token.narrow(), node, slot, N.div_ceil(group_size(N)));
                 if of_child == 0 {
                     continue;
                 }
@@ -147,36 +157,55 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         }
     }
 
-    /// Rows of a node's planes that this octant meets first and last.
+    /// Tests the primitives of a leaf against the rays of the groups.
     #[inline(always)]
-    fn rows(&self) -> [[usize; 3]; 2] {
-        let mut rows = [[0, 1, 2], [3, 4, 5]];
-        for axis in 0..3 {
-            if self.octant >> axis & 1 != 0 {
-                (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
-            }
-        }
-        rows
-    }
-
-    #[inline(always)]
-    fn leaf<T: Token, const HOISTED: bool>(&mut self, token: T, entry: Entry) {
+    fn leaf<T: Token>(&mut self, token: T, entry: Entry) {
+        let size = group_size(N);
+        let axis = self.cull.axis();
         let Some(blocks) = self.bvh.blocks.get(entry.child.blocks()) else { return };
         let mut changed = 0u32;
         for block in blocks {
-            changed |= leaf::<T, N, B, H, HOISTED>(token, block, self.rays, self.target, entry.groups);
+            let prepared = if C::COMMON_ORIGIN {
+                block.prepare::<N, true>(self.rays)
+            } else {
+                block.prepare::<N, false>(self.rays)
+            };
+            for (i, &id) in block.ids().iter().enumerate() {
+                if id == NO_HIT {
+                    break;
+                }
+                let mut groups = entry.groups;
+                while groups != 0 {
+                    let group = groups.trailing_zeros() as usize;
+                    groups &= groups - 1;
+                    let mut at = group * size;
+                    while at < N.min((group + 1) * size) {
+                        let (hit, t) = if C::COMMON_ORIGIN {
+                            B::test::<T, N, true>(token, &prepared, i, axis, self.rays, at)
+                        } else {
+                            B::test::<T, N, false>(token, &prepared, i, axis, self.rays, at)
+                        };
+                        if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
+                            changed |= 1 << group;
+                        }
+                        at += T::LANES;
+                    }
+                }
+            }
         }
         if changed != 0 {
             self.shorten(token, changed);
         }
     }
 
-    /// After hits in the groups `changed`: their beams, and the packet's, reach no farther than their farthest ray.
+    /// After hits in the groups `changed`: they, and the packet, reach no farther than their farthest ray.
     #[inline(always)]
-    fn shorten<T: Token>(&mut self, token: T, changed: u32) {
+    fn shorten<T: Token>(&mut self, token: T, mut changed: u32) {
         let size = group_size(N);
         let minus_inf = token.splat(f32::NEG_INFINITY);
-        for group in (0..GROUPS).filter(|group| changed >> group & 1 != 0) {
+        while changed != 0 {
+            let group = changed.trailing_zeros() as usize % GROUPS;
+            changed &= changed - 1;
             let mut farthest = minus_inf;
             let mut at = group * size;
             while at < N.min((group + 1) * size) {
@@ -184,57 +213,8 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                 farthest = farthest.max(t);
                 at += T::LANES;
             }
-            self.beams.t_max[group] = farthest.reduce_max();
+            self.cull.farthest_of_groups()[group] = farthest.reduce_max();
         }
-        let mut farthest = f32::NEG_INFINITY;
-        for (t, octant) in self.beams.t_max.iter().zip(self.beams.octant) {
-            if octant == self.octant && *t > farthest {
-                farthest = *t;
-            }
-        }
-        self.beam.t_max = farthest;
+        self.cull.shorten();
     }
-}
-
-/// The planes `rows` of the children from `at`.
-#[inline(always)]
-pub(super) fn pick<T: Token>(token: T, node: &Node, rows: [usize; 3], at: usize) -> [T::F32; 3] {
-    [
-        token.load(&node.planes[rows[0] % 6], at),
-        token.load(&node.planes[rows[1] % 6], at),
-        token.load(&node.planes[rows[2] % 6], at),
-    ]
-}
-
-/// Tests the primitives of a block against the rays of the groups; returns the groups in which something was found.
-#[inline(always)]
-fn leaf<T: Token, const N: usize, B: Block, H: Target<N>, const HOISTED: bool>(
-    token: T,
-    block: &B,
-    rays: &mut Rays<N>,
-    target: &mut H,
-    groups: u32,
-) -> u32 {
-    let size = group_size(N);
-    let mut changed = 0;
-    for (i, &id) in block.ids().iter().enumerate() {
-        if id == NO_HIT {
-            break;
-        }
-        let prepared = block.prepare::<T, N, HOISTED>(token, i, rays);
-        let mut groups = groups;
-        while groups != 0 {
-            let group = groups.trailing_zeros() as usize;
-            groups &= groups - 1;
-            let mut at = group * size;
-            while at < N.min((group + 1) * size) {
-                let (hit, t) = B::test::<T, N, HOISTED>(token, &prepared, rays, at);
-                if hit.any() && target.record(token, rays, at, hit, t, id) {
-                    changed |= 1 << group;
-                }
-                at += T::LANES;
-            }
-        }
-    }
-    changed
 }

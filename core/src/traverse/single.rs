@@ -2,7 +2,6 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::packet::pick;
 use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
@@ -34,7 +33,7 @@ struct Entry {
     near: f32,
 }
 
-/// Traces the rays of `range` one after the other; returns how many.
+/// Traces ray `i`.
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     token: T,
@@ -42,19 +41,16 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     rays: &mut Rays<N>,
     target: &mut H,
     roots: Roots,
-    range: core::ops::Range<usize>,
-) -> u64 {
-    let mut stack = [Entry { child: bvh.root, near: f32::NEG_INFINITY }; STACK];
-    for i in range.clone() {
-        let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
-        for root in roots {
-            walk.from::<N, H>(root, &mut stack);
-        }
-        if let Some((t, id)) = walk.found {
-            target.set(rays, i, t, id);
-        }
+    i: usize,
+) {
+    let mut stack = [Entry { child: bvh.root, near: 0.0 }; STACK];
+    let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
+    for root in roots {
+        walk.from::<N, H>(root, &mut stack);
     }
-    range.len() as u64
+    if let Some((t, id)) = walk.found {
+        target.set(rays, i, t, id);
+    }
 }
 
 struct Walk<'a, T: Token, B> {
@@ -138,8 +134,8 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         let mut nears = [0.0f32; 8];
         let mut at = 0;
         while at < 8 {
-            let to_near = sub(pick(token, node, self.rows[0], at), self.edge[0]);
-            let to_far = sub(pick(token, node, self.rows[1], at), self.edge[1]);
+            let to_near = sub(node.rows(token, self.rows[0], at), self.edge[0]);
+            let to_far = sub(node.rows(token, self.rows[1], at), self.edge[1]);
             let mut near = self.ray.t_min;
             let mut far = self.ray.t_max;
             for k in 0..3 {

@@ -25,7 +25,7 @@ use glam::Vec3;
 
 pub use error::LoadError;
 
-use crate::scene::{Mesh, SceneDescription};
+use crate::scene::{Mesh, SceneDescription, Spheres};
 
 /// What can be loaded, for messages.
 const SUPPORTED: &str = "Mobula loads Wavefront OBJ files (.obj, .obj.gz)";
@@ -175,6 +175,20 @@ impl Report {
                 report.degenerate_triangles += 1;
             }
             (low, high) = (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
+        }
+        if low.cmple(high).all() {
+            report.bounds = Some([low.into(), high.into()]);
+        }
+        report
+    }
+
+    /// Counts what is in a set of spheres.
+    pub fn of_spheres(spheres: &Spheres) -> Self {
+        let mut report = Self { spheres: spheres.centers.len() as u64, ..Self::default() };
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let finite = |(center, radius): &(Vec3, f32)| center.is_finite() && radius.is_finite();
+        for (center, radius) in (0..spheres.centers.len()).filter_map(|i| spheres.sphere(i)).filter(finite) {
+            (low, high) = (low.min(center - radius), high.max(center + radius));
         }
         if low.cmple(high).all() {
             report.bounds = Some([low.into(), high.into()]);

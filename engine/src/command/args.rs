@@ -1,0 +1,268 @@
+//! What the command line may say.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, Parser, Subcommand};
+use glam::Vec3;
+use mobula::accel::AccelerationKind;
+use mobula::app::PacketWidth;
+use mobula::balance::BalancerKind;
+use mobula::camera::Up;
+use mobula::image::Size;
+use mobula::pipeline::MAX_THREADS;
+use mobula::renderer::RendererKind;
+use mobula::sampler::SamplerKind;
+use mobula::scene::BackgroundDescription;
+use mobula_simd::Level;
+
+/// Packet ray tracer for triangle meshes and spheres.
+///
+/// Without a subcommand: opens the scene in a window if there is a display, else writes mobula.png.
+#[derive(Debug, Parser)]
+#[command(name = "mobula", version, args_conflicts_with_subcommands = true, after_help = scenes_help())]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) options: SceneOptions,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene to a PNG file
+    #[command(after_help = scenes_help())]
+    Render(RenderOptions),
+    /// Open a scene in a window
+    #[command(after_help = keys_help())]
+    View(SceneOptions),
+    /// Tell what is in a file
+    Info(InfoOptions),
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct SceneOptions {
+    /// Files (.obj, .obj.gz) or generated scenes (gen:NAME), all shown together [default: the built-in scene]
+    #[arg(value_name = "SCENE")]
+    pub(crate) scenes: Vec<PathBuf>,
+
+    /// Size of the picture in pixels
+    #[arg(short, long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
+    pub(crate) size: Size,
+
+    /// Render threads [default: one per processor]
+    #[arg(short, long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+
+    /// Instruction set: scalar, sse2, avx2 or avx512 [default: the best there is; env: MOBULA_ISA]
+    #[arg(long, value_name = "LEVEL")]
+    pub(crate) isa: Option<Level>,
+
+    /// Rays in a packet: 1, 4, 8, 16, 64 or 256
+    #[arg(short, long, value_name = "N", default_value_t)]
+    pub(crate) packet: PacketWidth,
+
+    /// Renderer: raytracer, primary, normal, depth, uv or id
+    #[arg(short, long, value_name = "NAME", default_value_t = RendererKind::Raytracer)]
+    pub(crate) renderer: RendererKind,
+
+    /// Samples per pixel, a square number up to 1024
+    #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
+    pub(crate) samples: Option<SamplerKind>,
+
+    /// Pixel sampler: single, or jittered:K for K x K samples per pixel
+    #[arg(long, value_name = "NAME", default_value_t)]
+    pub(crate) sampler: SamplerKind,
+
+    /// Load balancer: work-queue, work-queue:GRANULARITY, cyclic or static
+    #[arg(long, value_name = "NAME", default_value_t)]
+    pub(crate) balancer: BalancerKind,
+
+    /// Acceleration structure: bvh, or brute for none
+    #[arg(long, value_name = "NAME", default_value_t = AccelerationKind::Bvh)]
+    pub(crate) accel: AccelerationKind,
+
+    /// Position of the eye [default: frames the scene]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) eye: Option<Vec3>,
+
+    /// Point to look at
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) at: Option<Vec3>,
+
+    /// Vertical field of view in degrees
+    #[arg(long, value_name = "DEGREES", value_parser = fov)]
+    pub(crate) fov: Option<f32>,
+
+    /// Which way is up: y, z or auto
+    #[arg(long, value_name = "AXIS", default_value = "auto", value_parser = up)]
+    pub(crate) up: UpChoice,
+
+    /// Background: sky, black, white, or a colour as R,G,B from 0 to 1
+    #[arg(long, value_name = "COLOUR", value_parser = background)]
+    pub(crate) background: Option<BackgroundDescription>,
+
+    /// No shadows
+    #[arg(long, action = ArgAction::SetTrue)]
+    pub(crate) no_shadows: bool,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RenderOptions {
+    #[command(flatten)]
+    pub(crate) scene: SceneOptions,
+
+    /// The PNG file to write
+    #[arg(short, long, value_name = "FILE", default_value = "mobula.png", value_parser = png)]
+    pub(crate) output: PathBuf,
+
+    /// Frames to render, for measuring; the last one is written
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) frames: u64,
+
+    /// Print rays by kind and by path, and where the time went
+    #[arg(long)]
+    pub(crate) stats: bool,
+
+    /// Print one JSON object on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct InfoOptions {
+    /// The file (.obj, .obj.gz), or a generated scene (gen:NAME)
+    pub(crate) file: PathBuf,
+
+    /// Print one JSON object on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// An axis, or a guess.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct UpChoice(pub(crate) Option<Up>);
+
+fn scenes_help() -> String {
+    let mut text = String::from("Generated scenes:\n");
+    for (name, what) in mobula::generate::SCENES {
+        text.push_str(&format!("  {name:<14} {what}\n"));
+    }
+    text.push_str("\nExit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted");
+    text
+}
+
+fn keys_help() -> String {
+    format!("In the window:\n{}", mobula::display::window::HELP)
+}
+
+fn size(text: &str) -> Result<Size, String> {
+    let usage = || "write it as WIDTHxHEIGHT, such as 1024x768".to_owned();
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(usage)?;
+    let side = |text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        // More digits than a usize holds are too large in any case.
+        if digits { Ok(text.parse().unwrap_or(usize::MAX)) } else { Err(usage()) }
+    };
+    Size::new(side(width)?, side(height)?).map_err(|error| error.to_string())
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| (1..=MAX_THREADS).contains(count));
+    count.ok_or_else(|| format!("there can be 1 to {MAX_THREADS} threads"))
+}
+
+fn samples(text: &str) -> Result<SamplerKind, String> {
+    let problem = || "give a square number from 1 to 1024, such as 1, 4, 9 or 16".to_owned();
+    let count: u32 = text.parse().map_err(|_| problem())?;
+    let side = count.isqrt();
+    if side * side != count || !(1..=32).contains(&side) {
+        return Err(problem());
+    }
+    Ok(if side == 1 { SamplerKind::Single } else { SamplerKind::Jittered { side } })
+}
+
+fn vector(text: &str) -> Result<Vec3, String> {
+    let numbers: Vec<f32> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, z] if numbers.iter().all(|x| x.is_finite()) && text.split(',').count() == 3 => Ok(Vec3::new(x, y, z)),
+        _ => Err("write three numbers with commas between them, such as 1,2.5,-3".into()),
+    }
+}
+
+fn fov(text: &str) -> Result<f32, String> {
+    let angle = text.parse().ok().filter(|angle| (1.0..=170.0).contains(angle));
+    angle.ok_or_else(|| "give an angle from 1 to 170 degrees".into())
+}
+
+fn up(text: &str) -> Result<UpChoice, String> {
+    match text {
+        "y" => Ok(UpChoice(Some(Up::Y))),
+        "z" => Ok(UpChoice(Some(Up::Z))),
+        "auto" => Ok(UpChoice(None)),
+        _ => Err("the axes are y, z and auto".into()),
+    }
+}
+
+fn background(text: &str) -> Result<BackgroundDescription, String> {
+    let constant = |color| Ok(BackgroundDescription::Constant { color });
+    match text {
+        "sky" => Ok(BackgroundDescription::default()),
+        "black" => constant(Vec3::ZERO),
+        "white" => constant(Vec3::ONE),
+        _ => match vector(text) {
+            Ok(color) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => constant(color),
+            _ => Err("give sky, black, white, or three numbers from 0 to 1 such as 0.1,0.2,0.3".into()),
+        },
+    }
+}
+
+fn png(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let device = path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir());
+    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    if is_png || device { Ok(path) } else { Err(format!("Mobula writes PNG: call it {text}.png")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        assert_eq!(size("640x480"), Ok(Size::new(640, 480).unwrap()));
+        for (text, expected) in [
+            ("0x0", "at least 1"),
+            ("100000x100000", "at most"),
+            ("99999999999999999999999x1", "at most"),
+            ("640", "WIDTHxHEIGHT"),
+            ("640x", "WIDTHxHEIGHT"),
+            ("-1x5", "WIDTHxHEIGHT"),
+            ("6.5x5", "WIDTHxHEIGHT"),
+            ("", "WIDTHxHEIGHT"),
+        ] {
+            assert!(size(text).unwrap_err().contains(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn values_are_checked() {
+        assert_eq!(vector("1,-2.5, 3e1"), Ok(Vec3::new(1.0, -2.5, 30.0)));
+        for bad in ["", "1,2", "1,2,3,4", "1,2,x", "nan,0,0", "1,,2,3"] {
+            assert!(vector(bad).is_err(), "{bad}");
+        }
+        assert_eq!(samples("1"), Ok(SamplerKind::Single));
+        assert_eq!(samples("16"), Ok(SamplerKind::Jittered { side: 4 }));
+        for bad in ["0", "2", "1025", "1089", "-4", "4294967295"] {
+            assert!(samples(bad).is_err(), "{bad}");
+        }
+        assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
+        assert!(background("2,0,0").is_err() && background("pink").is_err() && background("1,0,0.5").is_ok());
+        assert!(png("a.jpg").is_err() && png("b.PNG").is_ok());
+    }
+}

@@ -1,0 +1,52 @@
+//! How the command ends when it does not end well.
+
+use std::process::ExitCode;
+
+use mobula::app::AppError;
+use mobula::display::png::PngError;
+use mobula::load::LoadError;
+use mobula::pipeline::Fault;
+use mobula_simd::{EnvError, Unavailable};
+
+/// Why the command stops; prints as one line.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    /// A file could not be loaded.
+    #[error("{0}")]
+    Load(#[from] LoadError),
+    /// A scene name that is not known.
+    #[error("{0}: no such generated scene; there are {1}")]
+    UnknownScene(String, String),
+    /// The scene cannot be rendered.
+    #[error("{0}")]
+    App(#[from] AppError),
+    /// A level that this machine does not have.
+    #[error("{0}")]
+    Level(#[from] Unavailable),
+    /// The environment asks for a level that there is not.
+    #[error("{0}")]
+    Environment(#[from] EnvError),
+    /// A picture could not be written.
+    #[error("{0}")]
+    Png(#[from] PngError),
+    /// A component failed.
+    #[error("{0}")]
+    Fault(#[from] Fault),
+    /// The window.
+    #[error("cannot open a window: {0}; `mobula render` writes a picture instead")]
+    Window(String),
+    /// Ctrl-C.
+    #[error("interrupted; nothing was written")]
+    Interrupted,
+}
+
+impl Failure {
+    /// The exit status.
+    pub(crate) fn code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::UnknownScene(..) | Self::Environment(EnvError::Unknown(..)) => 2,
+            Self::Interrupted => 130,
+            _ => 1,
+        })
+    }
+}

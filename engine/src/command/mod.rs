@@ -1,0 +1,101 @@
+//! The `mobula` command.
+//!
+//! Everything for people goes to standard error; standard output is for JSON and for what was asked for.
+
+mod args;
+mod failure;
+mod info;
+mod render;
+mod scene;
+mod view;
+
+use std::fmt::Display;
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+use mobula::app::{self, Settings, State};
+use mobula::load::Loaded;
+use mobula::pipeline::{Config, Pipeline};
+use mobula::scene::Geometry;
+use mobula_simd::AnyToken;
+
+use args::{Cli, Command, SceneOptions};
+use failure::Failure;
+
+/// Runs the command line; returns the exit status.
+pub(crate) fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match &cli.command {
+        Some(Command::Render(options)) => render::render(options),
+        Some(Command::View(options)) => view::view(options),
+        Some(Command::Info(options)) => info::info(options),
+        None => view::view_or_render(&cli.options),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("mobula: error: {failure}");
+            failure.code()
+        }
+    }
+}
+
+/// Prints to standard output. Nobody may be reading any more; that is no error.
+fn print(text: &dyn Display) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// A pipeline that is ready to run, but for its display.
+struct Prepared {
+    pipeline: Pipeline<State>,
+    settings: Settings,
+    name: String,
+}
+
+/// Does what the options say: chooses the level, says so, loads the scenes, builds the pipeline.
+fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure> {
+    let token = match options.isa {
+        Some(level) => AnyToken::for_level(level)?,
+        None => AnyToken::from_env()?,
+    };
+    let mut settings = Settings {
+        token,
+        packet: options.packet,
+        threads: options.threads.unwrap_or(Config::default().threads),
+        size: options.size,
+        view: None,
+        renderer: options.renderer,
+        sampler: options.samples.unwrap_or(options.sampler),
+        balancer: options.balancer,
+        acceleration: options.accel,
+        shadows: !options.no_shadows,
+        on_demand,
+    };
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let (level, threads) = (token.level(), counted(settings.threads, "thread"));
+    eprintln!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
+
+    let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
+    scene.up = options.up.0.or(scene.up);
+    scene.background = options.background.unwrap_or(scene.background);
+    let spinner = scene::spinner("building the acceleration structure".into());
+    let (pipeline, seconds) = render::timed(|| -> Result<_, Failure> {
+        let geometry = Geometry::new(&scene.objects).map_err(app::AppError::from)?;
+        Ok(app::pipeline_with_geometry(&scene, geometry.into(), &settings)?)
+    });
+    spinner.finish_and_clear();
+    let mut pipeline = pipeline?;
+    if seconds >= 0.5 {
+        eprintln!("mobula: built in {seconds:.2} s");
+    }
+
+    let state = pipeline.state();
+    let mut chosen = *state.chosen();
+    chosen.view.eye = options.eye.unwrap_or(chosen.view.eye);
+    chosen.view.at = options.at.unwrap_or(chosen.view.at);
+    chosen.view.fov = options.fov.unwrap_or(chosen.view.fov);
+    state.choose(chosen);
+    settings.view = Some(chosen.view);
+    Ok(Prepared { pipeline, settings, name: scene.name })
+}

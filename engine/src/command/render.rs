@@ -1,0 +1,149 @@
+//! `mobula render`: a scene to a PNG file.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use mobula::app::{RayCounts, State};
+use mobula::display::png::PngDisplay;
+use mobula::pipeline::{DisplayStage, Handle, Pipeline, Report};
+use serde_json::json;
+
+use super::args::RenderOptions;
+use super::failure::Failure;
+use super::scene::grouped;
+use super::{Prepared, prepare, print};
+
+/// The run that Ctrl-C stops; before and after it, Ctrl-C ends the process.
+static RUNNING: Mutex<Option<Handle<State>>> = Mutex::new(None);
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
+    let Prepared { mut pipeline, settings, .. } = prepare(&options.scene, false)?;
+    let display = PngDisplay::new(&options.output).only(options.frames - 1);
+    pipeline.add_stage(DisplayStage::new().with(0, display));
+    let bar = progress(&mut pipeline, options.frames);
+    let report = run(&mut pipeline, options.frames);
+    bar.finish_and_clear();
+    let report = report?;
+
+    let rays = pipeline.state().rays();
+    let seconds = report.seconds;
+    let rate = if seconds > 0.0 { rays.total() as f64 / seconds * 1e-6 } else { 0.0 };
+    let frames = if report.frames == 1 { "frame".to_owned() } else { format!("{} frames", report.frames) };
+    eprintln!(
+        "mobula: wrote {} ({}), {frames} in {seconds:.3} s, {rate:.1} million rays a second",
+        options.output.display(),
+        settings.size
+    );
+    if options.stats {
+        print_statistics(&report, &rays);
+    }
+    if options.json {
+        print(&json!({
+            "level": settings.token.level().to_string(),
+            "packet": settings.packet.rays(),
+            "threads": settings.threads,
+            "size": [settings.size.width(), settings.size.height()],
+            "frames": report.frames,
+            "seconds": seconds,
+            "fps": report.frames_per_second(),
+            "rays": { "primary": rays.primary, "shadow": rays.shadow, "secondary": rays.secondary },
+            "paths": {
+                "common_origin": rays.paths.common_origin,
+                "general": rays.paths.general,
+                "single": rays.paths.single,
+            },
+            "mrays_per_second": rate,
+            "output": options.output.to_string_lossy(),
+            "renderer": settings.renderer.to_string(),
+            "sampler": settings.sampler.to_string(),
+            "balancer": settings.balancer.to_string(),
+            "acceleration": settings.acceleration.to_string(),
+            "shadows": settings.shadows,
+        }));
+    }
+    Ok(())
+}
+
+/// Runs the pipeline so that Ctrl-C ends it after the present frame, and a second Ctrl-C at once.
+fn run(pipeline: &mut Pipeline<State>, frames: u64) -> Result<Report, Failure> {
+    *RUNNING.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(pipeline.handle());
+    // It may be refused where another handler is installed; then there is that one.
+    let _ = ctrlc::set_handler(|| {
+        let running = RUNNING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        match running.as_ref() {
+            // Relaxed: only this flag is shared.
+            Some(handle) if !INTERRUPTED.swap(true, Ordering::Relaxed) => drop(handle.stop()),
+            _ => std::process::exit(130),
+        }
+    });
+    let report = pipeline.run(frames);
+    RUNNING.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take();
+    let report = report?;
+    if report.frames < frames { Err(Failure::Interrupted) } else { Ok(report) }
+}
+
+/// A bar of the frames rendered, on terminals only.
+fn progress(pipeline: &mut Pipeline<State>, frames: u64) -> ProgressBar {
+    if frames < 2 {
+        return super::scene::spinner("rendering".into());
+    }
+    let style = ProgressStyle::with_template("rendering {bar:40} {pos}/{len} frames, {eta} left");
+    let bar = ProgressBar::new(frames).with_style(style.expect("a valid template"));
+    let moved = bar.clone();
+    pipeline.callbacks().serial_pre_render("progress bar", move |point| moved.set_position(point.frame));
+    bar
+}
+
+fn print_statistics(report: &Report, rays: &RayCounts) {
+    let per_second = |count: u64| count as f64 / report.seconds.max(1e-9) * 1e-6;
+    eprintln!("  rays{:>30}{:>16}", "count", "million/s");
+    for (name, count) in [
+        ("primary", rays.primary),
+        ("shadow", rays.shadow),
+        ("secondary", rays.secondary),
+        ("all", rays.total()),
+    ] {
+        eprintln!("    {name:<16}{:>14}{:>16.2}", grouped(count), per_second(count));
+    }
+    eprintln!("  paths through acceleration structures");
+    let paths = &rays.paths;
+    for (name, count) in
+        [("common origin", paths.common_origin), ("general", paths.general), ("single rays", paths.single)]
+    {
+        eprintln!("    {name:<16}{:>14}", grouped(count));
+    }
+    let times = &report.frame_times;
+    eprintln!(
+        "  frame times      median {:.2} ms, least {:.2} ms, 95 % within {:.2} ms",
+        times.median * 1e3,
+        times.min * 1e3,
+        times.p95 * 1e3
+    );
+    for stage in &report.stages {
+        eprintln!("  stage {:<11}{:.3} s, all threads together", stage.name, stage.seconds);
+    }
+    for thread in &report.threads {
+        let pinned = if thread.pinned { ", pinned" } else { "" };
+        let (busy, waiting) = (thread.busy_seconds, thread.waiting_seconds);
+        eprintln!("  thread {:<10}busy {busy:.3} s, waiting {waiting:.3} s{pinned}", thread.index);
+    }
+    for note in &report.notes {
+        eprintln!("  note: {note}");
+    }
+}
+
+/// How long something took, for people.
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}
+
+/// What `mobula` without a window does.
+pub(crate) fn render_default(options: &super::args::SceneOptions) -> Result<(), Failure> {
+    let scene = options.clone();
+    render(&RenderOptions { scene, output: "mobula.png".into(), frames: 1, stats: false, json: false })
+}

@@ -1,0 +1,131 @@
+//! Scenes by name: files, generated ones, and the built-in one.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+use mobula::load::{self, Loaded, Report};
+use mobula::scene::{Object, SceneDescription};
+use mobula::{builtin, generate};
+
+use super::failure::Failure;
+
+/// More warnings than these are only counted.
+const MOST_WARNINGS: usize = 8;
+
+/// Loads or makes all scenes and joins them into one; none: the built-in scene.
+pub(crate) fn gather(names: &[PathBuf]) -> Result<Loaded, Failure> {
+    if names.is_empty() {
+        let scene = builtin::scene();
+        return Ok(Loaded { report: count(&scene), scene });
+    }
+    let mut names = names.iter();
+    let mut all = open(names.next().expect("not empty"))?;
+    for name in names {
+        let Loaded { scene, report } = open(name)?;
+        all.scene.merge(scene);
+        all.report.merge(report);
+    }
+    Ok(all)
+}
+
+/// Loads or makes one scene, and tells people about it.
+pub(crate) fn open(name: &Path) -> Result<Loaded, Failure> {
+    let start = Instant::now();
+    let spinner = spinner(format!("loading {}", name.display()));
+    let loaded = match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
+        Some(name) => generate::generate(name).map(|scene| Loaded { report: count(&scene), scene }).ok_or_else(|| {
+            let known = generate::SCENES.map(|(name, _)| name).join(", ");
+            Failure::UnknownScene(name.to_owned(), known)
+        }),
+        None => load::load(name).map_err(Failure::Load),
+    };
+    spinner.finish_and_clear();
+    let loaded = loaded?;
+    warn(&loaded.report.warnings);
+    let seconds = start.elapsed().as_secs_f64();
+    eprintln!("mobula: {}: {}, loaded in {seconds:.2} s", loaded.scene.name, contents(&loaded));
+    Ok(loaded)
+}
+
+/// A sign of life, on terminals only.
+pub(crate) fn spinner(text: String) -> ProgressBar {
+    let spinner = ProgressBar::new_spinner().with_message(text);
+    spinner.enable_steady_tick(Duration::from_millis(100));
+    spinner
+}
+
+/// Prints warnings.
+pub(crate) fn warn(warnings: &[String]) {
+    for warning in warnings.iter().take(MOST_WARNINGS) {
+        eprintln!("mobula: warning: {warning}");
+    }
+    if warnings.len() > MOST_WARNINGS {
+        eprintln!("mobula: warning: {} more warnings", warnings.len() - MOST_WARNINGS);
+    }
+}
+
+/// What is in a scene, in a few words.
+fn contents(loaded: &Loaded) -> String {
+    let report = &loaded.report;
+    let mut parts = Vec::new();
+    let mut add = |count: u64, one: &str, many: &str| {
+        if count > 0 {
+            parts.push(format!("{} {}", grouped(count), if count == 1 { one } else { many }));
+        }
+    };
+    add(report.triangles, "triangle", "triangles");
+    add(report.spheres, "sphere", "spheres");
+    add(loaded.scene.materials.len() as u64, "material", "materials");
+    add(report.degenerate_triangles, "triangle without area left out", "triangles without area left out");
+    add(report.non_finite_triangles, "triangle that is not finite left out", "triangles that are not finite left out");
+    parts.join(", ")
+}
+
+/// A number with commas between groups of three digits.
+pub(crate) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Counts what is in a scene that no file holds.
+fn count(scene: &SceneDescription) -> Report {
+    let mut report = Report { format: "generated", ..Report::default() };
+    count_objects(&scene.objects, &mut report);
+    report
+}
+
+fn count_objects(objects: &[Object], report: &mut Report) {
+    for object in objects {
+        match object {
+            Object::Mesh(mesh) => report.merge(Report::of_mesh(mesh)),
+            Object::Spheres(spheres) => report.merge(Report::of_spheres(spheres)),
+            Object::Group(objects) => count_objects(objects, report),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_grouped() {
+        let texts = [0, 12, 999, 1000, 331_653, 10_240_000].map(grouped);
+        assert_eq!(texts, ["0", "12", "999", "1,000", "331,653", "10,240,000"]);
+    }
+
+    #[test]
+    fn the_built_in_scene_is_counted() {
+        let loaded = gather(&[]).unwrap();
+        assert!(loaded.report.triangles + loaded.report.spheres > 0);
+        assert_eq!(loaded.report.non_finite_triangles, 0);
+    }
+}

@@ -1,0 +1,47 @@
+//! What each key does.
+
+use winit::keyboard::{Key, NamedKey};
+
+/// The keys and the mouse, for people.
+pub const HELP: &str = "  \
+  left drag               orbit
+  right drag, shift+left  pan
+  wheel                   nearer, farther
+  s                       shadows on, off
+  a                       antialiasing on, off
+  r                       next renderer
+  + -                     more, fewer threads
+  p                       screenshot: mobula-0001.png, ...
+  0, Home                 back to the first view
+  h                       this help
+  q, Esc                  close";
+
+/// What a key asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Action {
+    Shadows,
+    Antialiasing,
+    Renderer,
+    MoreThreads,
+    FewerThreads,
+    Screenshot,
+    Reset,
+    Help,
+    Close,
+}
+
+/// What a key asks for, if anything.
+pub(super) fn action(key: &Key) -> Option<Action> {
+    Some(match key.as_ref() {
+        Key::Character("s" | "S") => Action::Shadows,
+        Key::Character("a" | "A") => Action::Antialiasing,
+        Key::Character("r" | "R") => Action::Renderer,
+        Key::Character("+" | "=") => Action::MoreThreads,
+        Key::Character("-" | "_") => Action::FewerThreads,
+        Key::Character("p" | "P") => Action::Screenshot,
+        Key::Character("0") | Key::Named(NamedKey::Home) => Action::Reset,
+        Key::Character("h" | "H" | "?") | Key::Named(NamedKey::F1) => Action::Help,
+        Key::Character("q" | "Q") | Key::Named(NamedKey::Escape) => Action::Close,
+        _ => return None,
+    })
+}

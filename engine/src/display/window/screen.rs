@@ -1,0 +1,106 @@
+//! The newest picture, copied for the window, and the display that copies it.
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use winit::event_loop::EventLoopProxy;
+
+use super::News;
+use crate::app::RayCounts;
+use crate::display::png::write_png;
+use crate::pipeline::{Display, Picture, Shown};
+
+/// What the window and the pipeline share.
+#[derive(Clone, Debug)]
+pub(super) struct Screen {
+    shared: Arc<Mutex<Shared>>,
+    proxy: EventLoopProxy<News>,
+}
+
+/// The newest picture, and what is known of its frame.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    /// Width and height; zero before the first picture.
+    pub(super) size: [usize; 2],
+    /// Pixels as 0x00RRGGBB, row by row from the top.
+    pub(super) pixels: Vec<u32>,
+    /// Rays of the frame before.
+    pub(super) rays_per_frame: u64,
+    rays_before: u64,
+    /// A screenshot that is wanted of the first picture from this frame on.
+    screenshot: Option<(u64, PathBuf)>,
+}
+
+impl Screen {
+    pub(super) fn new(proxy: EventLoopProxy<News>) -> Self {
+        Self { shared: Arc::default(), proxy }
+    }
+
+    /// The picture. Do not hold it for long: the display waits for it.
+    pub(super) fn lock(&self) -> MutexGuard<'_, Shared> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The display that fills this screen.
+    pub(super) fn display(&self) -> WindowDisplay {
+        WindowDisplay { screen: self.clone() }
+    }
+
+    /// Who is told of the rays that have been traced, before each frame.
+    pub(super) fn ray_counter(&self) -> RayCounter {
+        RayCounter { screen: self.clone() }
+    }
+
+    /// Asks for a screenshot of the first picture from frame `frame` on.
+    pub(super) fn want_screenshot(&self, frame: u64, file: PathBuf) {
+        self.lock().screenshot = Some((frame, file));
+    }
+}
+
+/// Counts the rays of each frame.
+#[derive(Debug)]
+pub(super) struct RayCounter {
+    screen: Screen,
+}
+
+impl RayCounter {
+    /// Takes note of all rays traced so far.
+    pub(super) fn note(&self, rays: &RayCounts) {
+        let mut shared = self.screen.lock();
+        let total = rays.total();
+        shared.rays_per_frame = total - shared.rays_before;
+        shared.rays_before = total;
+    }
+}
+
+/// Shows pictures by copying them to a [`Screen`] and telling the window.
+#[derive(Debug)]
+pub(super) struct WindowDisplay {
+    screen: Screen,
+}
+
+impl Display for WindowDisplay {
+    fn name(&self) -> &str {
+        "window display"
+    }
+
+    fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
+        let mut shared = self.screen.lock();
+        shared.size = [picture.size.width(), picture.size.height()];
+        shared.pixels.clear();
+        shared.pixels.extend(picture.buffer.pixels().map(|pixel| {
+            let [red, green, blue, _] = pixel.to_le_bytes();
+            u32::from_be_bytes([0, red, green, blue])
+        }));
+        let wanted = shared.screenshot.take_if(|(frame, _)| picture.frame >= *frame);
+        drop(shared);
+        if let Some((_, file)) = wanted {
+            let written = write_png(&file, picture.buffer);
+            let told = written.map(|()| file.display().to_string()).map_err(|error| error.to_string());
+            let _ = self.screen.proxy.send_event(News::Screenshot(told));
+        }
+        let open = self.screen.proxy.send_event(News::Picture).is_ok();
+        Ok(if open { Shown::Continue } else { Shown::Detach })
+    }
+}

@@ -1,0 +1,329 @@
+//! The event loop's handler: input becomes transactions, pictures become pixels on the screen.
+
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use softbuffer::{Context, Surface};
+use winit::application::ApplicationHandler;
+use winit::dpi::{PhysicalPosition, PhysicalSize};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, OwnedDisplayHandle};
+use winit::keyboard::ModifiersState;
+use winit::window::{Window, WindowId};
+
+use super::keys::{Action, HELP, action};
+use super::navigation::{Drag, dolly};
+use super::screen::Screen;
+use super::{News, WindowError};
+use crate::app::{Chosen, Settings, State};
+use crate::camera::View;
+use crate::image::Size;
+use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
+use crate::renderer::RendererKind;
+use crate::sampler::SamplerKind;
+
+/// The title changes no more often.
+const TITLE_INTERVAL: Duration = Duration::from_millis(200);
+
+/// The window and what it knows. The state itself is changed by transactions only.
+pub(super) struct Viewer {
+    name: String,
+    engine: String,
+    screen: Screen,
+    handle: Handle<State>,
+    size: Size,
+    threads: usize,
+    /// What was asked for, which the state has or is about to have.
+    chosen: Chosen,
+    first_view: View,
+    antialiased: SamplerKind,
+    drag: Option<(MouseButton, Drag)>,
+    mouse: PhysicalPosition<f64>,
+    modifiers: ModifiersState,
+    screenshots: u32,
+    title_due: Option<Instant>,
+    title_set: Option<Instant>,
+    open: Option<Open>,
+    problem: Option<WindowError>,
+}
+
+/// The window once it is open.
+struct Open {
+    window: Rc<Window>,
+    surface: Surface<OwnedDisplayHandle, Rc<Window>>,
+}
+
+impl Viewer {
+    pub(super) fn new(name: &str, screen: Screen, settings: &Settings, pipeline: &mut Pipeline<State>) -> Self {
+        let handle = pipeline.handle();
+        let (size, threads) = (settings.size, settings.threads);
+        let state = pipeline.state();
+        let chosen = *state.chosen();
+        let engine = format!("{} x {}", state.stack.token().level(), state.stack.packet_width());
+        let antialiased = match chosen.sampler {
+            SamplerKind::Single => SamplerKind::Jittered { side: 3 },
+            several => several,
+        };
+        Self {
+            name: name.to_owned(),
+            engine,
+            screen,
+            handle,
+            size,
+            threads,
+            chosen,
+            first_view: chosen.view,
+            antialiased,
+            drag: None,
+            mouse: PhysicalPosition::default(),
+            modifiers: ModifiersState::empty(),
+            screenshots: 0,
+            title_due: None,
+            title_set: None,
+            open: None,
+            problem: None,
+        }
+    }
+
+    /// What went wrong with the window.
+    pub(super) fn finish(&mut self) -> Result<(), WindowError> {
+        self.open = None;
+        self.problem.take().map_or(Ok(()), Err)
+    }
+
+    fn open(&mut self, events: &ActiveEventLoop) -> Result<(), String> {
+        let size = PhysicalSize::new(self.size.width() as u32, self.size.height() as u32);
+        let attributes = Window::default_attributes().with_title("mobula").with_inner_size(size);
+        let window = Rc::new(events.create_window(attributes).map_err(|error| error.to_string())?);
+        let context = Context::new(events.owned_display_handle()).map_err(|error| error.to_string())?;
+        let surface = Surface::new(&context, Rc::clone(&window)).map_err(|error| error.to_string())?;
+        let inner = window.inner_size();
+        self.open = Some(Open { window, surface });
+        self.resize(inner);
+        Ok(())
+    }
+
+    /// Changes the view, by one transaction.
+    fn look(&mut self, view: View) {
+        if view != self.chosen.view {
+            self.chosen.view = view;
+            self.handle.send("view", move |state| state.choose(Chosen { view, ..*state.chosen() }));
+        }
+    }
+
+    fn resize(&mut self, size: PhysicalSize<u32>) {
+        // A minimised window has no size; a window larger than any picture may be keeps the last one, enlarged.
+        if let Ok(size) = Size::new(size.width as usize, size.height as usize)
+            && size != self.size
+        {
+            self.size = size;
+            self.handle.resize(0, size);
+        }
+    }
+
+    fn act(&mut self, action: Action, events: &ActiveEventLoop) {
+        match action {
+            Action::Shadows => {
+                self.chosen.shadows ^= true;
+                let shadows = self.chosen.shadows;
+                self.handle.send("shadows", move |state| state.choose(Chosen { shadows, ..*state.chosen() }));
+            }
+            Action::Antialiasing => {
+                let single = self.chosen.sampler == SamplerKind::Single;
+                let sampler = if single { self.antialiased } else { SamplerKind::Single };
+                self.chosen.sampler = sampler;
+                self.handle.send("sampler", move |state| state.choose(Chosen { sampler, ..*state.chosen() }));
+            }
+            Action::Renderer => {
+                let all = RendererKind::ALL;
+                let place = all.iter().position(|kind| *kind == self.chosen.renderer).unwrap_or(0);
+                let renderer = all[(place + 1) % all.len()];
+                self.chosen.renderer = renderer;
+                self.handle.send("renderer", move |state| state.choose(Chosen { renderer, ..*state.chosen() }));
+            }
+            Action::MoreThreads => self.set_threads(self.threads + 1),
+            Action::FewerThreads => self.set_threads(self.threads - 1),
+            Action::Screenshot => self.take_screenshot(),
+            Action::Reset => self.look(self.first_view),
+            Action::Help => eprintln!("{HELP}"),
+            Action::Close => events.exit(),
+        }
+        self.title_soon();
+    }
+
+    fn set_threads(&mut self, threads: usize) {
+        let threads = threads.clamp(1, MAX_THREADS);
+        if self.handle.set_threads(threads).is_ok() && threads != self.threads {
+            self.threads = threads;
+            // Another frame, so that the title shows what it brought.
+            self.handle.at_barrier("threads", |point| point.mark_changed());
+        }
+    }
+
+    /// Renders the present state once more and writes that frame: earlier input may still be on its way.
+    fn take_screenshot(&mut self) {
+        let file = loop {
+            self.screenshots += 1;
+            let file = PathBuf::from(format!("mobula-{:04}.png", self.screenshots));
+            if !file.exists() {
+                break file;
+            }
+        };
+        let screen = self.screen.clone();
+        self.handle.at_barrier("screenshot", move |point| {
+            point.mark_changed();
+            screen.want_screenshot(point.frame, file);
+        });
+    }
+
+    fn mouse_button(&mut self, button: MouseButton, state: ElementState) {
+        match (state, self.drag) {
+            (ElementState::Pressed, None) => {
+                self.drag = match button {
+                    MouseButton::Left if self.modifiers.shift_key() => Some((button, Drag::Pan)),
+                    MouseButton::Left => Some((button, Drag::Orbit)),
+                    MouseButton::Right | MouseButton::Middle => Some((button, Drag::Pan)),
+                    _ => None,
+                };
+            }
+            (ElementState::Released, Some((held, _))) if held == button => self.drag = None,
+            _ => {}
+        }
+    }
+
+    fn mouse_moved(&mut self, to: PhysicalPosition<f64>) {
+        let from = std::mem::replace(&mut self.mouse, to);
+        if let Some((_, drag)) = self.drag {
+            let by = [(to.x - from.x) as f32, (to.y - from.y) as f32];
+            self.look(drag.apply(&self.chosen.view, by, self.size.height() as f32));
+        }
+    }
+
+    /// Draws the newest picture, enlarged or shrunk while the pipeline has not caught up with the window's size.
+    fn draw(&mut self) -> Result<(), softbuffer::SoftBufferError> {
+        let Some(Open { window, surface }) = &mut self.open else { return Ok(()) };
+        let size = window.inner_size();
+        let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else {
+            return Ok(());
+        };
+        surface.resize(width, height)?;
+        let mut target = surface.buffer_mut()?;
+        let (width, height) = (size.width as usize, size.height as usize);
+        let shared = self.screen.lock();
+        let [from_width, from_height] = shared.size;
+        if shared.pixels.is_empty() {
+            target.fill(0);
+        } else if [width, height] == shared.size {
+            target.copy_from_slice(&shared.pixels);
+        } else {
+            for (y, row) in target.chunks_exact_mut(width).enumerate() {
+                let from = &shared.pixels[y * from_height / height * from_width..][..from_width];
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    *pixel = from[x * from_width / width];
+                }
+            }
+        }
+        drop(shared);
+        window.pre_present_notify();
+        target.present()
+    }
+
+    /// Sets the title when enough time has passed since the last time.
+    fn title_soon(&mut self) {
+        let due = self.title_set.map_or_else(Instant::now, |set| set + TITLE_INTERVAL);
+        self.title_due.get_or_insert(due);
+    }
+
+    fn set_title(&mut self) {
+        let Some(Open { window, .. }) = &self.open else { return };
+        let progress = self.handle.progress();
+        let rays = self.screen.lock().rays_per_frame as f64;
+        let seconds = progress.frame_seconds.max(1e-9);
+        let Chosen { renderer, sampler, shadows, .. } = self.chosen;
+        let shadows = if shadows { "shadows" } else { "no shadows" };
+        window.set_title(&format!(
+            "mobula: {} | {} | {:.1} frames/s, {:.1} Mrays/s | {}, {} threads | {renderer}, {sampler}, {shadows} | h: help",
+            self.name,
+            self.size,
+            1.0 / seconds,
+            rays / seconds * 1e-6,
+            self.engine,
+            self.threads,
+        ));
+        self.title_set = Some(Instant::now());
+        self.title_due = None;
+    }
+}
+
+impl ApplicationHandler<News> for Viewer {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.open.is_none()
+            && let Err(problem) = self.open(events)
+        {
+            self.problem = Some(WindowError::Open(problem));
+            events.exit();
+        }
+    }
+
+    fn user_event(&mut self, events: &ActiveEventLoop, news: News) {
+        match news {
+            News::Picture => {
+                if let Some(open) = &self.open {
+                    open.window.request_redraw();
+                }
+                self.title_soon();
+            }
+            News::Screenshot(Ok(file)) => eprintln!("mobula: wrote {file}"),
+            News::Screenshot(Err(problem)) => eprintln!("mobula: warning: {problem}"),
+            News::Ended => events.exit(),
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::Resized(size) => {
+                self.resize(size);
+                if let Some(open) = &self.open {
+                    open.window.request_redraw();
+                }
+            }
+            WindowEvent::RedrawRequested => {
+                if let Err(problem) = self.draw() {
+                    self.problem = Some(WindowError::Open(problem.to_string()));
+                    events.exit();
+                }
+            }
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
+                if let Some(action) = action(&event.logical_key) {
+                    self.act(action, events);
+                }
+            }
+            WindowEvent::MouseInput { button, state, .. } => self.mouse_button(button, state),
+            WindowEvent::CursorMoved { position, .. } => self.mouse_moved(position),
+            WindowEvent::MouseWheel { delta, .. } => {
+                let notches = match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => lines,
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
+                };
+                self.look(dolly(&self.chosen.view, notches));
+            }
+            WindowEvent::Focused(false) => self.drag = None,
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        match self.title_due {
+            Some(due) if Instant::now() >= due => {
+                self.set_title();
+                events.set_control_flow(ControlFlow::Wait);
+            }
+            Some(due) => events.set_control_flow(ControlFlow::WaitUntil(due)),
+            None => events.set_control_flow(ControlFlow::Wait),
+        }
+    }
+}
