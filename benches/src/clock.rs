@@ -28,17 +28,19 @@ fn thread_seconds() -> f64 {
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// Ticks of the time stamp counter; nanoseconds where there is none.
+/// Ticks of the time stamp counter.
+#[cfg(target_arch = "x86_64")]
 fn ticks() -> u64 {
-    #[cfg(target_arch = "x86_64")]
     // SAFETY: every x86-64 processor has the instruction; it reads a counter and touches no memory.
-    return unsafe { core::arch::x86_64::_rdtsc() };
-    #[cfg(not(target_arch = "x86_64"))]
-    Instant::now().duration_since(*START.get_or_init(Instant::now)).as_nanos() as u64
+    unsafe { core::arch::x86_64::_rdtsc() }
 }
 
+/// Nanoseconds, where there is no counter.
 #[cfg(not(target_arch = "x86_64"))]
-static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+fn ticks() -> u64 {
+    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    START.get_or_init(Instant::now).elapsed().as_nanos() as u64
+}
 
 /// Ticks of the time stamp counter in a second, measured over a fifth of one.
 pub fn tick_frequency() -> f64 {

@@ -17,7 +17,7 @@ pub fn trace<const N: usize, B: Block>(bvh: &Bvh<B>, token: AnyToken, kind: Kind
             let count = N.min(rays.len() - at);
             packet.reset(0..count);
             fill(&mut packet, rays, at, count, known);
-            copy(&rays.t_max, at, &mut packet.t_max, 0, count);
+            copy(&rays.t_max, at, &mut packet.t_max[..], 0, count);
             bvh.occlude(token, &mut packet);
             copy(&packet.t_max[..], 0, &mut found.t, at, count);
         }
@@ -27,7 +27,7 @@ pub fn trace<const N: usize, B: Block>(bvh: &Bvh<B>, token: AnyToken, kind: Kind
             let count = N.min(rays.len() - at);
             packet.reset(0..count);
             fill(&mut packet, rays, at, count, known);
-            copy(&rays.t_max, at, &mut packet.t_max, 0, count);
+            copy(&rays.t_max, at, &mut packet.t_max[..], 0, count);
             bvh.intersect(token, &mut packet);
             copy(&packet.t_max[..], 0, &mut found.t, at, count);
             copy(&packet.hits.primitive[..], 0, &mut found.primitive, at, count);
