@@ -12,19 +12,24 @@ use rustix::time::{ClockId, clock_gettime};
 pub struct Elapsed {
     /// Seconds in which this thread had the core.
     pub thread: f64,
+    /// Seconds in which all threads of this process had cores.
+    pub process: f64,
     /// Seconds on the wall.
     pub wall: f64,
 }
 
 /// Does `work` and says how long it took.
 pub fn time<R>(work: impl FnOnce() -> R) -> (R, Elapsed) {
-    let (wall, thread) = (Instant::now(), thread_seconds());
+    let seconds = || (seconds(ClockId::ThreadCPUTime), seconds(ClockId::ProcessCPUTime));
+    let (wall, (thread, process)) = (Instant::now(), seconds());
     let result = work();
-    (result, Elapsed { thread: thread_seconds() - thread, wall: wall.elapsed().as_secs_f64() })
+    let (thread_end, process_end) = seconds();
+    let wall = wall.elapsed().as_secs_f64();
+    (result, Elapsed { thread: thread_end - thread, process: process_end - process, wall })
 }
 
-fn thread_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
+fn seconds(clock: ClockId) -> f64 {
+    let time = clock_gettime(clock);
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 

@@ -8,6 +8,7 @@
 //! | [`packets`] | Mobula's timed loop |
 //! | `embree` | Embree's (with the feature `embree`) |
 //! | [`verdict`] | whether two peers found the same |
+//! | [`report`] | tables and JSON |
 //! | [`clock`] | thread time, cycles, the machine |
 
 pub mod clock;
@@ -15,6 +16,7 @@ pub mod clock;
 pub mod embree;
 pub mod packets;
 pub mod rays;
+pub mod report;
 pub mod scenes;
 pub mod secondary;
 pub mod verdict;

@@ -36,7 +36,7 @@ pub struct View {
     pub known: Option<Known>,
 }
 
-/// Results of Embree 4, one ray at a time.
+/// Results of Embree, one ray at a time: of version 4 and another program, but for the atrium, which is our own.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     /// Primary rays that hit.
@@ -146,7 +146,7 @@ pub const VIEWS: [View; 10] = [
         sun: [0.3, 0.9, 0.2],
         reach: 3.0,
         offset: 1e-3,
-        known: known(1_048_576, 2.20429e7, 304_061),
+        known: known(1_048_576, 2.26772e7, 276_358),
     },
     View { name: "terr20k", source: "gen:terr20k", known: None, ..TERRAIN },
     View { name: "terr245k", source: "gen:terr245k", known: None, ..TERRAIN },
@@ -202,7 +202,7 @@ pub fn triangles(view: &View, data: &Path) -> Result<Triangles, String> {
     }
     let file = data.join(view.source);
     if !file.exists() {
-        return Err(format!("there is no {} (say where with --data)", file.display()));
+        return Err(format!("there is no {} in the data folder (say where with --data)", view.source));
     }
     let loaded = load::load(&file).map_err(|error| error.to_string())?;
     Ok(Triangles::of(&loaded.scene))
