@@ -84,7 +84,9 @@ fn run(arguments: &Arguments) -> Result<Vec<String>, String> {
         return Err(unknown(name));
     }
     let frequency = clock::tick_frequency();
-    let given: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    // Without the folders of files: they say nothing to others.
+    let short = |argument: String| argument.rsplit_once('/').map_or(argument.clone(), |(_, name)| name.to_owned());
+    let given: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").map(short).collect();
     let mut bench = Bench {
         arguments,
         failures: Vec::new(),
