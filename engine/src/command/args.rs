@@ -35,6 +35,9 @@ pub(crate) enum Command {
     /// Open a scene in a window
     #[command(after_help = keys_help())]
     View(SceneOptions),
+    /// Measure how rendering scales, and project it to more processors
+    #[command(after_help = scenes_help())]
+    Scale(super::scale::ScaleOptions),
     /// Tell what is in a file
     Info(InfoOptions),
 }

@@ -6,6 +6,7 @@ mod args;
 mod failure;
 mod info;
 mod render;
+mod scale;
 mod scene;
 mod view;
 
@@ -28,6 +29,7 @@ pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
     let result = match &cli.command {
         Some(Command::Render(options)) => render::render(options),
+        Some(Command::Scale(options)) => scale::scale(options),
         Some(Command::View(options)) => view::view(options),
         Some(Command::Info(options)) => info::info(options),
         None => view::view_or_render(&cli.options),
