@@ -1,4 +1,66 @@
-//! Ray packets, kernels, traversal.
+//! Ray packets, intersection kernels, and packet traversal of a wide bounding volume hierarchy. `no_std` + `alloc`; knows
+//! no thread and no file.
+//!
+//! A packet holds up to `N` rays as a structure of arrays, their hits, and *properties*: flags of what is known of all of
+//! them, which choose special-case code. The tree is built once; each packet then enters an instruction set once and is
+//! traced in it:
+//!
+//! ```
+//! use mobula_core::bvh::{Serial, TriangleBlock};
+//! use mobula_core::glam::Vec3;
+//! use mobula_core::simd::AnyToken;
+//! use mobula_core::{Bvh, RayPacket};
+//!
+//! // Two triangles: a floor of 20 x 20 at y = 0.
+//! let floor = [
+//!     [[-10.0, 0.0, -10.0], [10.0, 0.0, -10.0], [10.0, 0.0, 10.0]],
+//!     [[-10.0, 0.0, -10.0], [10.0, 0.0, 10.0], [-10.0, 0.0, 10.0]],
+//! ];
+//! let bvh = Bvh::<TriangleBlock>::triangles(floor.len(), 0, &Serial, |i| floor[i]);
+//!
+//! // 64 rays from one eye.
+//! let mut packet = RayPacket::<64>::default();
+//! packet.reset(0..64);
+//! for i in 0..64 {
+//!     packet.set_ray(i, Vec3::ZERO, Vec3::new((i % 8) as f32 / 2.0, -5.0, (i / 8) as f32 / 2.0));
+//! }
+//! packet.set_common_origin(Vec3::new(0.0, 10.0, 0.0));
+//!
+//! // The best instruction set that this machine has; the hits are the same at each of one numeric family.
+//! let paths = bvh.intersect(AnyToken::detect(), &mut packet);
+//! assert_eq!(paths.common_origin, 64);
+//! for i in 0..64 {
+//!     assert!(packet.was_hit(i));
+//!     assert_eq!(packet.t_max[i], 2.0);
+//!     assert!(packet.hits.primitive[i] < 2);
+//! }
+//! ```
+//!
+//! A packet's width is any number from 1 to 1024, fixed when the program is compiled:
+//!
+//! ```compile_fail,E0080
+//! let packet = mobula_core::RayPacket::<0>::default();
+//! ```
+//! ```compile_fail,E0080
+//! let packet = mobula_core::AnyHitPacket::<1025>::default();
+//! ```
+//!
+//! # Map
+//!
+//! Each module uses only what stands below it in this table.
+//!
+//! | module | idea |
+//! |---|---|
+//! | [`oracle`] | what is true: naive `f64` tests with a margin, which tests hold everything else against |
+//! | [`traverse`] | how packets and single rays find their primitives; why nothing is lost to rounding |
+//! | [`bvh`] | the tree of eight children a node, its builder, and the blocks of triangles or spheres in its leaves |
+//! | [`sub_packet`] | a range of a packet's rays without a copy; values derived once, when first asked for |
+//! | [`packet`], [`any_hit`] | rays with hits and room for shading; rays of which only is asked whether they hit |
+//! | [`rays`] | origins, directions, intervals, and what is derived from them alone |
+//! | [`kernel`] | ray against triangle, sphere and box, once, generic over lanes |
+//! | [`properties`] | what may be known of all rays of a packet, who says so, who relies on it, what ends it |
+//! | [`column`](mod@column) | one value of every ray, aligned for any vector |
+//! | [`simd`] | the crate below: lanes, levels, tokens |
 #![no_std]
 
 extern crate alloc;
@@ -7,6 +69,8 @@ pub mod any_hit;
 pub mod bvh;
 pub mod column;
 pub mod kernel;
+#[cfg(feature = "lab")]
+pub mod lab;
 pub mod oracle;
 pub mod packet;
 pub mod properties;

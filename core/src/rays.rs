@@ -72,12 +72,16 @@ impl<const N: usize> Rays<N> {
         self.begin..self.end
     }
 
-    /// Narrows or widens the active rays without touching them.
+    /// Narrows or widens the active rays without touching them. Of rays that were not active nothing is known, so widening
+    /// clears every property that they could make false.
     ///
     /// # Panics
     /// If the range is not within `0..N`.
     pub fn set_range(&mut self, range: Range<usize>) {
         assert!(range.start <= range.end && range.end <= N, "rays {range:?} of a packet of {N}");
+        if range.start < self.begin || range.end > self.end {
+            self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION | Properties::OF_HITS;
+        }
         (self.begin, self.end) = (range.start, range.end);
     }
 
@@ -106,7 +110,7 @@ impl<const N: usize> Rays<N> {
 
     /// Sets ray `i` and clears every property that this could make false.
     pub fn set_ray(&mut self, i: usize, origin: Vec3, direction: Vec3) {
-        self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION;
+        self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION | Properties::OF_HITS;
         set_vec3(&mut self.origin, i, origin);
         set_vec3(&mut self.direction, i, direction);
     }
@@ -125,13 +129,13 @@ impl<const N: usize> Rays<N> {
 
     /// Origins to write; clears what that could make false.
     pub fn origins_mut(&mut self) -> &mut Columns3<N> {
-        self.properties -= Properties::OF_ORIGIN;
+        self.properties -= Properties::OF_ORIGIN | Properties::OF_HITS;
         &mut self.origin
     }
 
     /// Gives every active ray the same origin, and says so.
     pub fn set_common_origin(&mut self, origin: Vec3) {
-        self.properties -= Properties::OF_ORIGIN;
+        self.properties -= Properties::OF_ORIGIN | Properties::OF_HITS;
         let range = self.range();
         for (column, value) in self.origin.iter_mut().zip(origin.to_array()) {
             column[range.clone()].fill(value);
@@ -147,7 +151,7 @@ impl<const N: usize> Rays<N> {
 
     /// Directions to write; clears what that could make false.
     pub fn directions_mut(&mut self) -> &mut Columns3<N> {
-        self.properties -= Properties::OF_DIRECTION;
+        self.properties -= Properties::OF_DIRECTION | Properties::OF_HITS;
         &mut self.direction
     }
 
@@ -175,7 +179,7 @@ impl<const N: usize> Rays<N> {
     /// Scales every active direction to length 1 (correctly rounded operations: the same at every level) and says so.
     #[inline(always)]
     pub fn normalize<T: Token>(&mut self, token: T) {
-        self.properties -= Properties::OF_DIRECTION;
+        self.properties -= Properties::OF_DIRECTION | Properties::OF_HITS;
         let mut at = 0;
         while at < N {
             let active = self.active(token, at);
@@ -261,19 +265,19 @@ impl<const N: usize> Rays<N> {
 
     /// The shear factors as they are: derived by [`shears`](Self::shears).
     #[inline(always)]
-    pub(crate) fn shear_columns(&self) -> &Columns3<N> {
+    pub fn shear_columns(&self) -> &Columns3<N> {
         &self.shear
     }
 
     /// The reciprocal directions as they are: derived by [`inverse_directions`](Self::inverse_directions).
     #[inline(always)]
-    pub(crate) fn inverse_columns(&self) -> &Columns3<N> {
+    pub fn inverse_columns(&self) -> &Columns3<N> {
         &self.inverse
     }
 
     /// The dominant axes as they are: derived by [`shears`](Self::shears).
     #[inline(always)]
-    pub(crate) fn axes(&self) -> &Column<u32, N> {
+    pub fn axes(&self) -> &Column<u32, N> {
         &self.axis
     }
 
@@ -306,12 +310,29 @@ impl<const N: usize> Rays<N> {
                 if p.contains(Properties::CONSTANT_SIGNS) {
                     assert!((0..3).all(|k| same_sign(d[k], d0[k])), "ray {i}: CONSTANT_SIGNS is set but false");
                 }
-                if p.contains(Properties::CONSTANT_AXIS | Properties::HAVE_SHEARS) {
-                    assert!(self.axis[i] == self.axis[first], "ray {i}: CONSTANT_AXIS is set but false");
+                if p.contains(Properties::CONSTANT_AXIS) {
+                    assert!(dominant_axis(d) == dominant_axis(d0), "ray {i}: CONSTANT_AXIS is set but false");
+                }
+                if p.contains(Properties::HAVE_INVERSE_DIRECTIONS) && d.is_finite() {
+                    let least = (d.abs().max_element() * LEAST_SHARE).max(LEAST_DIRECTION);
+                    let is_there = |k: usize| self.inverse[k][i].abs() == 1.0 / d[k].abs().max(least);
+                    assert!((0..3).all(is_there), "ray {i}: HAVE_INVERSE_DIRECTIONS is set but false");
+                }
+                if p.contains(Properties::HAVE_SHEARS) {
+                    assert!(
+                        self.axis[i] as usize == dominant_axis(d),
+                        "ray {i}: HAVE_SHEARS is set but false: the dominant axis"
+                    );
                 }
             }
         }
     }
+}
+
+/// The axis of the greatest size; the first of equal ones, as [`Rays::shears`] has it.
+fn dominant_axis(d: Vec3) -> usize {
+    let size = d.abs();
+    if size.z > size.x && size.z > size.y { 2 } else { usize::from(size.y > size.x) }
 }
 
 /// Row `i` of three columns.

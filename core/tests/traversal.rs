@@ -9,8 +9,8 @@ use mobula_core::simd::AnyToken;
 use mobula_core::{AnyHitPacket, NO_HIT, Properties, RayPacket};
 use proptest::prelude::*;
 
-/// Traces a packet through the tree and without it, at all levels, and panics at the first bit that differs.
-fn agree<const N: usize, B: Block>(bvh: &Bvh<B>, packet: &RayPacket<N>, context: &str) {
+/// Panics unless any-hit traversal at all levels finds a hit where closest-hit traversal does.
+fn agree_any<const N: usize, B: Block>(bvh: &Bvh<B>, packet: &RayPacket<N>, context: &str) {
     let mut shadow = AnyHitPacket::<N>::default();
     shadow.reset(packet.range());
     for i in packet.range() {
@@ -19,6 +19,18 @@ fn agree<const N: usize, B: Block>(bvh: &Bvh<B>, packet: &RayPacket<N>, context:
         shadow.set_interval(i, packet.t_min()[i], packet.t_max[i]);
     }
     shadow.promise(packet.properties() & (Properties::COMMON_ORIGIN | Properties::NORMALIZED_DIRECTIONS));
+    for token in AnyToken::available() {
+        let (mut closest, mut any) = (packet.clone(), shadow.clone());
+        bvh.intersect(token, &mut closest);
+        bvh.occlude(token, &mut any);
+        for i in packet.range() {
+            assert_eq!(any.occluded(i), closest.was_hit(i), "{context} {token:?} ray {i} {:?}", packet.ray(i));
+        }
+    }
+}
+
+/// Traces a packet through the tree and without it, at all levels, and panics at the first bit that differs.
+fn agree<const N: usize, B: Block>(bvh: &Bvh<B>, packet: &RayPacket<N>, context: &str) {
     let mut first_of_family = [None, None];
     for token in AnyToken::available() {
         let mut tree = packet.clone();
@@ -29,8 +41,6 @@ fn agree<const N: usize, B: Block>(bvh: &Bvh<B>, packet: &RayPacket<N>, context:
             bvh.intersect_all(token.twin(), &mut all);
             all
         });
-        let mut occluded = shadow.clone();
-        bvh.occlude(token, &mut occluded);
         // A ray that ends exactly where it hits still hits, and there.
         for i in packet.range() {
             again.set_interval(i, packet.t_min()[i], all.t_max[i]);
@@ -41,7 +51,6 @@ fn agree<const N: usize, B: Block>(bvh: &Bvh<B>, packet: &RayPacket<N>, context:
             assert_eq!(tree.hits.primitive[i], all.hits.primitive[i], "{context}");
             assert_eq!(tree.t_max[i].to_bits(), all.t_max[i].to_bits(), "{context}");
             if packet.range().contains(&i) {
-                assert_eq!(occluded.occluded(i), all.was_hit(i), "{context}");
                 assert_eq!(again.hits.primitive[i], all.hits.primitive[i], "{context}, ending at its hit");
             } else {
                 assert_eq!(tree.hits.primitive[i], NO_HIT, "{context}: not an active ray");
@@ -77,22 +86,6 @@ fn packet<const N: usize>(
     packet
 }
 
-fn all_widths<B: Block>(
-    bvh: &Bvh<B>,
-    seed: u64,
-    aim: Aim,
-    context: &str,
-    ray: &dyn Fn(usize, &mut Random) -> (Vec3, Vec3),
-) {
-    let mut random = Random(seed);
-    let common = aim.common_origin();
-    agree(bvh, &packet::<1>(&mut random, common, ray), context);
-    agree(bvh, &packet::<3>(&mut random, common, ray), context);
-    agree(bvh, &packet::<16>(&mut random, common, ray), context);
-    agree(bvh, &packet::<64>(&mut random, common, ray), context);
-    agree(bvh, &packet::<300>(&mut random, common, ray), context);
-}
-
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
 
@@ -110,7 +103,14 @@ proptest! {
         let triangles = shape.triangles(count, scale, offset, &mut random);
         let bvh = Bvh::<TriangleBlock>::triangles(count, 0, &Serial, |i| triangles[i]);
         let context = format!("{shape:?} {aim:?} {count}");
-        all_widths(&bvh, seed, aim, &context, &|i, random| aim.ray(i, 1, &triangles, scale, offset, random));
+        let ray = |i, random: &mut Random| aim.ray(i, 1, &triangles, scale, offset, random);
+        let common = aim.common_origin();
+        agree(&bvh, &packet::<1>(&mut random, common, ray), &context);
+        agree(&bvh, &packet::<16>(&mut random, common, ray), &context);
+        let usual = packet::<64>(&mut random, common, ray);
+        agree(&bvh, &usual, &context);
+        agree_any(&bvh, &usual, &context);
+        agree(&bvh, &packet::<300>(&mut random, common, ray), &context);
     }
 
     #[test]
@@ -129,7 +129,12 @@ proptest! {
             triangles.iter().map(|&[[x, y, z], ..]| [x, y, z, radius * scale * random.unit()]).collect();
         let bvh = Bvh::<SphereBlock>::spheres(count, 0, &Serial, |i| spheres[i]);
         let context = format!("spheres {aim:?} {count}");
-        all_widths(&bvh, seed, aim, &context, &|i, random| aim.ray(i, 1, &triangles, scale, offset, random));
+        let ray = |i, random: &mut Random| aim.ray(i, 1, &triangles, scale, offset, random);
+        let common = aim.common_origin();
+        agree(&bvh, &packet::<3>(&mut random, common, ray), &context);
+        let usual = packet::<64>(&mut random, common, ray);
+        agree(&bvh, &usual, &context);
+        agree_any(&bvh, &usual, &context);
     }
 }
 

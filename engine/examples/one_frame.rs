@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let statistics = Statistics::default();
     let context =
         Context { token: AnyToken::detect(), scene: &scene, renderer: &*renderer, statistics: &statistics, frame: 0 };
-    let whole = Fragment { channel: 0, x0: 0, y0: 0, x1: width, y1: height };
+    let whole = Fragment { channel: 0, x0: 0, y0: 0, x1: width as usize, y1: height as usize, step: 1 };
     let start = std::time::Instant::now();
     sampler.render_fragment(&context, &camera, whole, &picture);
     eprintln!("{:?}, {statistics:?}", start.elapsed());

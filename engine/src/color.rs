@@ -11,12 +11,11 @@ use crate::image::rgba8;
 #[inline]
 pub fn to_srgb8(linear: f32) -> u8 {
     let bits = linear.to_bits();
-    // As signed integers, floats that are not negative compare as they do as floats; a NaN must not compare as large.
-    if !(linear >= f32::from_bits(FIRST << 16)) {
-        return 0;
-    }
     if linear >= 1.0 {
         return 255;
+    }
+    if linear.is_nan() || linear < f32::from_bits(FIRST << 16) {
+        return 0;
     }
     ((TABLE[(bits >> 16) as usize - FIRST as usize] + (bits & 0xffff)) >> 16) as u8
 }

@@ -8,7 +8,7 @@ pub fn pow(base: f32, exponent: f32) -> f32 {
     if exponent <= 0.0 || base >= 1.0 {
         return 1.0;
     }
-    if !(base > 0.0) {
+    if base.is_nan() || base <= 0.0 {
         return 0.0;
     }
     let power = f64::from(exponent) * log2(f64::from(base));

@@ -15,6 +15,7 @@ use mobula_simd::AnyToken;
 
 use crate::image::FrameBuffer;
 use crate::scene::Scene;
+pub use crate::traverse::Fragment;
 
 /// What a thread carries through the stack while it renders a fragment: nothing above the renderer, the renderer and
 /// all that it needs below.
@@ -68,21 +69,6 @@ impl Statistics {
         paths += more;
         self.paths.set(paths);
     }
-}
-
-/// Part of a frame: pixels `[x0, x1) x [y0, y1)` of one channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fragment {
-    /// Which viewpoint.
-    pub channel: usize,
-    /// First column.
-    pub x0: u32,
-    /// First row.
-    pub y0: u32,
-    /// Column after the last.
-    pub x1: u32,
-    /// Row after the last.
-    pub y1: u32,
 }
 
 /// Turns pixels into samples, samples into rays, and their colours into pixels. Packets live on its stack frame.

@@ -54,6 +54,7 @@
 //! | [`level`] | the names of the instruction sets |
 //! | [`lanes`] | the traits: what every level can do, and the numeric contract |
 //! | [`dispatch`] | [`AnyToken`]: detection, choice at run time, `MOBULA_ISA` |
+//! | [`clock`] | what kernels are measured with |
 //! | [`one_lane`] | the lanes of [`Scalar`] and [`Fused`], the twins that the others must equal bit for bit |
 //! | [`scalar`] | [`Scalar`]: 1 lane, unfused, everywhere |
 //! | [`sse2`] | [`Sse2`]: 4 lanes, unfused, everywhere (NEON on aarch64, simd128 on wasm) |
@@ -70,6 +71,7 @@ extern crate std;
 pub mod avx2;
 #[cfg(target_arch = "x86_64")]
 pub mod avx512;
+pub mod clock;
 pub mod dispatch;
 #[cfg(target_arch = "x86_64")]
 pub mod fused;

@@ -1,1 +1,3 @@
-//! Helpers of the tests that cross crates.
+//! Helpers of the tests that cross crates; the tests are in `tests/tests/`.
+
+pub mod mesh;

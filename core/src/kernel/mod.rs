@@ -6,6 +6,8 @@
 //! instructions unless the optimiser happens to inline it.
 
 pub mod aabb;
+pub mod bounds;
+pub mod iso_cell;
 pub mod sphere;
 pub mod triangle;
 

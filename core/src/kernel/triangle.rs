@@ -56,7 +56,9 @@ pub fn triangle<T: Token>(
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
-    let inside = active & (u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero));
+    // All of one sign: one comparison for `least >= 0 or greatest <= 0`. Both are NaN, or neither is.
+    let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
+    let inside = active & least.max(-greatest).ge(zero);
     if !inside.any() {
         return (inside, zero);
     }

@@ -30,14 +30,57 @@ pub(super) struct Frusta {
     travelling: u32,
 }
 
+/// The frustum of all that travel together, as a node's boxes meet it.
 #[derive(Clone, Copy, Debug)]
 struct Frustum {
-    slope: Slopes<f32>,
+    /// The four sides: x from below, y from below, x from above, y from above.
+    side: [Side; 4],
+    /// The planes of a box that its rays meet first and last.
+    near: Plane,
+    far: Plane,
     inverse: f32,
     t_min: f32,
     t_max: f32,
     axis: usize,
     backward: bool,
+}
+
+/// A side of a frustum: the corner of a box that is farthest inside has these two coordinates.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    slope: f32,
+    x: Plane,
+    z: Plane,
+}
+
+/// A row of a node's planes, and what to subtract from it: the origin, moved outwards by the margin.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    row: usize,
+    origin: f32,
+}
+
+impl Frustum {
+    const NONE: Self = Self {
+        side: [Side { slope: 0.0, x: Plane::NONE, z: Plane::NONE }; 4],
+        near: Plane::NONE,
+        far: Plane::NONE,
+        inverse: 0.0,
+        t_min: 0.0,
+        t_max: 0.0,
+        axis: 0,
+        backward: false,
+    };
+}
+
+impl Plane {
+    const NONE: Self = Self { row: 0, origin: 0.0 };
+
+    /// These planes of eight children, relative to the origin.
+    #[inline(always)]
+    fn load<T: Token>(self, token: T, node: &Node, at: usize) -> T::F32 {
+        token.load(&node.planes[self.row % 6], at) - token.splat(self.origin)
+    }
 }
 
 impl Cull for Frusta {
@@ -57,7 +100,7 @@ impl Cull for Frusta {
             class: [MIXED; GROUPS],
             origin,
             margin: largest * PAD,
-            all: Frustum { slope: [[0.0; 2]; 2], inverse: 0.0, t_min: 0.0, t_max: 0.0, axis: 0, backward: false },
+            all: Frustum::NONE,
             travelling: 0,
         };
         let size = group_size(N);
@@ -79,27 +122,29 @@ impl Cull for Frusta {
     #[inline(always)]
     fn gather(&mut self, groups: u32, class: u8) {
         self.travelling = groups;
-        let [low, high] = &self.slope;
-        self.all = Frustum {
-            slope: [
-                [least(&low[0], groups), least(&low[1], groups)],
-                [greatest(&high[0], groups), greatest(&high[1], groups)],
-            ],
-            inverse: 0.0,
-            t_min: least(&self.t_min, groups),
-            t_max: greatest(&self.t_max, groups),
-            axis: usize::from(class / 2),
-            backward: class % 2 != 0,
-        };
-        self.all.inverse =
-            if self.all.backward { greatest(&self.inverse, groups) } else { least(&self.inverse, groups) };
-        if self.all.backward {
-            // Behind the origin the lower slope bounds from above: turned already, so the other way round here.
-            self.all.slope = [
-                [greatest(&low[0], groups), greatest(&low[1], groups)],
-                [least(&high[0], groups), least(&high[1], groups)],
-            ];
+        let axis = usize::from(class / 2) % 3;
+        let backward = class & 1 != 0;
+        let [x, y, z] = AXES[axis];
+        let (low_z, high_z) = (self.plane(z, false), self.plane(z, true));
+        let mut side = self.all.side;
+        for (k, axis) in [x, y].into_iter().enumerate() {
+            let (below, above) = (&self.slope[0][k], &self.slope[1][k]);
+            // Where z is negative the bounds are turned, and so is which of them is the outermost.
+            let (below, above) = if backward {
+                (greatest(below, groups), least(above, groups))
+            } else {
+                (least(below, groups), greatest(above, groups))
+            };
+            // slope * z is least, or greatest, at one end of the box.
+            let (z_below, z_above) =
+                (if below >= 0.0 { low_z } else { high_z }, if above >= 0.0 { high_z } else { low_z });
+            side[k] = Side { slope: below, x: self.plane(axis, true), z: z_below };
+            side[k + 2] = Side { slope: above, x: self.plane(axis, false), z: z_above };
         }
+        let (near, far) = if backward { (high_z, low_z) } else { (low_z, high_z) };
+        let inverse = if backward { greatest(&self.inverse, groups) } else { least(&self.inverse, groups) };
+        let (t_min, t_max) = (least(&self.t_min, groups), greatest(&self.t_max, groups));
+        self.all = Frustum { side, near, far, inverse, t_min, t_max, axis, backward };
     }
 
     #[inline(always)]
@@ -115,24 +160,22 @@ impl Cull for Frusta {
     #[inline(always)]
     fn children<T: Token>(&self, token: T, node: &Node, near: &mut [f32; 8]) -> u32 {
         let all = &self.all;
-        let [x, y, z] = AXES[all.axis % 3];
         let zero = token.splat(0.0);
         let mut met = 0;
         let mut at = 0;
         while at < 8 {
-            let (z_low, z_high) = self.slab(token, node, z, at);
-            let (x_low, x_high) = self.slab(token, node, x, at);
-            let (y_low, y_high) = self.slab(token, node, y, at);
-            // x <= slope * z must hold for the low side somewhere in the box, and x >= slope * z for the high side.
+            // Is the box's innermost corner inside of each side?
+            let [left, bottom, right, top] = &all.side;
             let room = least4::<T>(
-                pick::<T>(all.slope[0][0] >= 0.0, z_low, z_high).neg_mul_add(token.splat(all.slope[0][0]), x_high),
-                pick::<T>(all.slope[0][1] >= 0.0, z_low, z_high).neg_mul_add(token.splat(all.slope[0][1]), y_high),
-                pick::<T>(all.slope[1][0] >= 0.0, z_high, z_low).mul_sub(token.splat(all.slope[1][0]), x_low),
-                pick::<T>(all.slope[1][1] >= 0.0, z_high, z_low).mul_sub(token.splat(all.slope[1][1]), y_low),
+                left.z.load(token, node, at).neg_mul_add(token.splat(left.slope), left.x.load(token, node, at)),
+                bottom.z.load(token, node, at).neg_mul_add(token.splat(bottom.slope), bottom.x.load(token, node, at)),
+                right.z.load(token, node, at).mul_sub(token.splat(right.slope), right.x.load(token, node, at)),
+                top.z.load(token, node, at).mul_sub(token.splat(top.slope), top.x.load(token, node, at)),
             );
-            let (z_near, in_front) = if all.backward { (z_high, z_low.le(zero)) } else { (z_low, z_high.ge(zero)) };
-            let entry = (z_near * token.splat(all.inverse)).max(token.splat(all.t_min));
-            let hit = room.ge(zero) & in_front & entry.le(token.splat(all.t_max));
+            let inverse = token.splat(all.inverse);
+            let entry = (all.near.load(token, node, at) * inverse).max(token.splat(all.t_min));
+            let exit = all.far.load(token, node, at) * inverse;
+            let hit = room.ge(zero) & exit.ge(zero) & entry.le(token.splat(all.t_max));
             entry.store(near, at);
             met |= hit.bits() << at;
             at += T::LANES;
@@ -236,12 +279,12 @@ impl Frusta {
         self.class[group] = if mixed { MIXED } else { axis as u8 * 2 + u8::from(backward) };
     }
 
-    /// The slabs of eight children along an axis, relative to the origin and widened by the margin.
+    /// The low or high planes along an axis.
     #[inline(always)]
-    fn slab<T: Token>(&self, token: T, node: &Node, axis: usize, at: usize) -> (T::F32, T::F32) {
-        let low = token.load(&node.planes[axis % 3], at) - token.splat(self.origin[axis % 3] + self.margin);
-        let high = token.load(&node.planes[axis % 3 + 3], at) - token.splat(self.origin[axis % 3] - self.margin);
-        (low, high)
+    fn plane(&self, axis: usize, high: bool) -> Plane {
+        let origin = self.origin[axis % 3];
+        let origin = if high { origin - self.margin } else { origin + self.margin };
+        Plane { row: axis + if high { 3 } else { 0 }, origin }
     }
 
     /// The slab of one child.
@@ -251,11 +294,6 @@ impl Frusta {
         let high = node.planes[axis % 3 + 3][slot % 8] - (self.origin[axis % 3] - self.margin);
         (low, high)
     }
-}
-
-#[inline(always)]
-fn pick<T: Token>(first: bool, a: T::F32, b: T::F32) -> T::F32 {
-    if first { a } else { b }
 }
 
 #[inline(always)]

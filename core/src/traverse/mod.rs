@@ -1,10 +1,5 @@
-//! How rays find their primitives in a [`Bvh`].
-//!
-//! Groups of up to 16 rays travel together as a *packet* ([`packet`]) when they have something in common: rays from one
-//! origin with one dominant axis as frusta ([`frusta`]), others with constant signs as intervals ([`intervals`]). A
-//! node's eight children are tested at once against all of the packet; a child that is met, against each group. What is
-//! left goes ray by ray ([`single`]), one ray against eight boxes and four primitives. The hits are the same bits on all
-//! paths.
+//! How rays find their primitives in a [`Bvh`]: packets in groups of 16 that have something in common, what is left ray by
+//! ray. The hits are the same bits on all paths.
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
@@ -15,6 +10,8 @@
 //! scaling the depth takes ten roundings of 2 us: 20 us. The slab test errs by three roundings, which move a plane by 6 us,
 //! and moving the origin rounds once: 7 us. Together 105 us < 2^-17 s; so every box is widened by [`PAD`] s, at no cost:
 //! the origins that are subtracted are moved instead.
+
+#![doc = include_str!("TRAVERSAL.md")]
 
 mod cull;
 mod frusta;
@@ -27,7 +24,7 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 pub use single::SingleRay;
 
 use crate::bvh::{Block, Bvh, Child};
-use crate::{AnyHitPacket, Hits, RayPacket, Rays};
+use crate::{AnyHitPacket, Hits, Properties, RayPacket, Rays};
 
 /// Boxes are widened by this much of the greatest coordinate: see the [module](self).
 pub const PAD: f32 = 1.0 / (1 << 17) as f32;
@@ -56,6 +53,7 @@ impl<B: Block> Bvh<B> {
     /// lower id wins, also over a hit that was there before. Enters the level once.
     pub fn intersect<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
+        packet.forget(Properties::OF_HITS);
         let (rays, hits) = packet.split();
         token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::tree(self) })
     }
@@ -63,6 +61,7 @@ impl<B: Block> Bvh<B> {
     /// As [`intersect`](Self::intersect), testing every primitive against every ray: what traversal is checked against.
     pub fn intersect_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
+        packet.forget(Properties::OF_HITS);
         let (rays, hits) = packet.split();
         token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::all(self) })
     }

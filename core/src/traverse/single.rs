@@ -5,7 +5,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
-use crate::kernel::{splat3, sub};
+use crate::kernel::splat3;
 use crate::{Properties, Rays};
 
 /// A ray in every lane, as primitive kernels want it.
@@ -65,7 +65,8 @@ struct Walk<'a, T: Token, B> {
     token: T,
     bvh: &'a Bvh<B>,
     ray: SingleRay<T>,
-    /// What to subtract from the nearer and farther planes: the origin, moved outwards by the margin of rounding.
+    /// What to subtract from the distances of the nearer and farther planes: that of the origin, moved outwards by the
+    /// margin of rounding.
     edge: [[T::F32; 3]; 2],
     /// Rows of a node's planes that the ray meets first and last.
     rows: [[usize; 3]; 2],
@@ -87,8 +88,8 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         for k in 0..3 {
             let (low, high) = (origin[k][i] - margin, origin[k][i] + margin);
             let negative = inverse[k][i] < 0.0;
-            near[k] = token.splat(if negative { low } else { high });
-            far[k] = token.splat(if negative { high } else { low });
+            near[k] = token.splat(if negative { low } else { high } * inverse[k][i]);
+            far[k] = token.splat(if negative { high } else { low } * inverse[k][i]);
             (rows[0][k], rows[1][k]) = if negative { (k + 3, k) } else { (k, k + 3) };
         }
         Self {
@@ -118,54 +119,65 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         let mut top = 1;
         while top > 0 {
             top -= 1;
-            let entry = stack[top];
-            if entry.near > self.t_max {
+            if stack[top].near > self.t_max {
                 continue;
             }
-            if entry.child.is_leaf() {
-                self.leaf(entry.child);
-                if H::ANY && self.found.is_some() {
-                    return;
-                }
-            } else if let Some(node) = self.bvh.nodes.get(entry.child.index()) {
-                self.node(node, stack, &mut top);
+            // Down to a leaf by the nearest child each time; the others wait.
+            let mut child = stack[top].child;
+            while !child.is_leaf() {
+                let Some(node) = self.bvh.nodes.get(child.index()) else { return };
+                child = self.nearest(node, stack, &mut top);
+            }
+            self.leaf(child);
+            if H::ANY && self.found.is_some() {
+                return;
             }
         }
     }
 
-    /// Pushes the children that the ray meets, the nearest last.
+    /// The nearest child that the ray meets ([`Child::EMPTY`] if none); pushes the others, the nearer ones last.
     #[inline(always)]
-    fn node(&self, node: &Node, stack: &mut [Entry; STACK], top: &mut usize) {
+    fn nearest(&self, node: &Node, stack: &mut [Entry; STACK], top: &mut usize) -> Child {
         let token = self.token;
         let mut met = 0u32;
         let mut nears = [0.0f32; 8];
         let mut at = 0;
         while at < 8 {
-            let to_near = sub(node.rows(token, self.rows[0], at), self.edge[0]);
-            let to_far = sub(node.rows(token, self.rows[1], at), self.edge[1]);
+            let low = node.rows(token, self.rows[0], at);
+            let high = node.rows(token, self.rows[1], at);
             let mut near = self.ray.t_min;
             let mut far = self.ray.t_max;
             for k in 0..3 {
-                near = (to_near[k] * self.ray.inverse[k]).max(near);
-                far = (to_far[k] * self.ray.inverse[k]).min(far);
+                near = low[k].mul_sub(self.ray.inverse[k], self.edge[0][k]).max(near);
+                far = high[k].mul_sub(self.ray.inverse[k], self.edge[1][k]).min(far);
             }
             met |= near.le(far).bits() << at;
             near.store(&mut nears, at);
             at += T::LANES;
         }
+        if met == 0 {
+            return Child::EMPTY;
+        }
+        let slot = met.trailing_zeros() as usize % 8;
+        met &= met - 1;
+        let mut nearest = Entry { child: node.child[slot], near: nears[slot] };
         let first = *top;
         while met != 0 {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
-            let near = nears[slot];
+            let mut entry = Entry { child: node.child[slot], near: nears[slot] };
+            if entry.near < nearest.near {
+                core::mem::swap(&mut entry, &mut nearest);
+            }
             let mut place = *top;
-            while place > first && stack[place - 1].near < near {
+            while place > first && stack[place - 1].near < entry.near {
                 stack[place] = stack[place - 1];
                 place -= 1;
             }
-            stack[place] = Entry { child: node.child[slot], near };
+            stack[place] = entry;
             *top += 1;
         }
+        nearest.child
     }
 
     #[inline(always)]

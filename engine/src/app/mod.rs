@@ -75,6 +75,8 @@ pub struct Settings {
     pub renderer: RendererKind,
     /// The pixel sampler.
     pub sampler: SamplerKind,
+    /// The image traverser.
+    pub traverser: TraverserKind,
     /// The load balancer.
     pub balancer: BalancerKind,
     /// The acceleration structure.
@@ -95,6 +97,7 @@ impl Default for Settings {
             view: None,
             renderer: RendererKind::Raytracer,
             sampler: SamplerKind::default(),
+            traverser: TraverserKind::default(),
             balancer: BalancerKind::default(),
             acceleration: AccelerationKind::Bvh,
             shadows: true,
@@ -145,7 +148,7 @@ pub fn pipeline_with_geometry(
         sampler: settings.sampler,
         shadows: settings.shadows,
     };
-    let traverser = TraverserKind::Tiled.build(TileSize::default(), settings.balancer);
+    let traverser = settings.traverser.build(TileSize::default(), settings.balancer);
     let state = State::new(stack, traverser, chosen);
     let config = Config { on_demand: settings.on_demand, ..Config::with_threads(settings.threads) };
     let mut pipeline = Pipeline::new(state, config)?;

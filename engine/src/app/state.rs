@@ -10,7 +10,7 @@ use crate::pipeline::fault::scope;
 use crate::pipeline::{Balance, Frame, Plan, Stage};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
-use crate::stack::{Fragment, Statistics};
+use crate::stack::Statistics;
 use crate::traverse::{ImageTraverser, traverse_frame};
 
 /// Everything that may change between frames. Changes go through [`Handle::send`](crate::pipeline::Handle::send).
@@ -133,9 +133,7 @@ impl Stage<State> for RenderFrames {
     fn run(&self, frame: &Frame<'_, State>) {
         let statistics = Statistics::default();
         traverse_frame(frame, &*frame.state.traverser, &|frame, fragment, out| {
-            let crate::traverse::Fragment { channel, x0, y0, x1, y1, .. } = *fragment;
-            let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|edge| edge as u32);
-            frame.state.stack.render(Fragment { channel, x0, y0, x1, y1 }, out, &statistics);
+            frame.state.stack.render(*fragment, out, &statistics);
         });
         // Once a thread and frame: the lock is short.
         frame.state.count(&statistics);

@@ -14,14 +14,22 @@ const PI: f32 = std::f32::consts::PI;
 const RADIUS: f32 = 4.0;
 /// The golden angle: neighbours on its spiral never line up.
 const GOLDEN: f32 = 2.399_963_2;
-/// Centre (x, z), radius, and two colours of each mound.
-const MOUNDS: [(f32, f32, f32, [f32; 3], [f32; 3]); 6] = [
-    (-1.9, 1.15, 0.85, [0.80, 0.10, 0.16], [0.98, 0.52, 0.18]),
-    (1.75, -0.65, 0.95, [0.02, 0.30, 0.42], [0.30, 0.80, 0.62]),
-    (-0.5, -2.35, 0.75, [0.50, 0.10, 0.55], [0.95, 0.40, 0.62]),
-    (2.45, 1.35, 0.48, [0.90, 0.45, 0.05], [0.98, 0.82, 0.25]),
-    (-2.75, -0.85, 0.55, [0.10, 0.18, 0.60], [0.35, 0.62, 0.95]),
-    (0.2, 2.55, 0.40, [0.75, 0.08, 0.35], [0.98, 0.55, 0.62]),
+/// A mound of coral: its place, and its colours at the foot and at the top.
+struct Mound {
+    x: f32,
+    z: f32,
+    radius: f32,
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+const MOUNDS: [Mound; 6] = [
+    Mound { x: -1.9, z: 1.15, radius: 0.85, low: [0.80, 0.10, 0.16], high: [0.98, 0.52, 0.18] },
+    Mound { x: 1.75, z: -0.65, radius: 0.95, low: [0.02, 0.30, 0.42], high: [0.30, 0.80, 0.62] },
+    Mound { x: -0.5, z: -2.35, radius: 0.75, low: [0.50, 0.10, 0.55], high: [0.95, 0.40, 0.62] },
+    Mound { x: 2.45, z: 1.35, radius: 0.48, low: [0.90, 0.45, 0.05], high: [0.98, 0.82, 0.25] },
+    Mound { x: -2.75, z: -0.85, radius: 0.55, low: [0.10, 0.18, 0.60], high: [0.35, 0.62, 0.95] },
+    Mound { x: 0.2, z: 2.55, radius: 0.40, low: [0.75, 0.08, 0.35], high: [0.98, 0.55, 0.62] },
 ];
 
 /// Height of the sand.
@@ -35,12 +43,12 @@ fn height(x: f32, z: f32) -> f32 {
 
 /// The disc of sand and its rim of rock.
 pub(super) fn ground(sand: u32, rock: u32) -> Object {
-    let top = sheet(208, 64, true, |u, v| {
+    let top = sheet(192, 56, true, |u, v| {
         let (angle, r) = (u * 2.0 * PI, RADIUS * (1.0 - v));
         let (x, z) = (r * cosf(angle), -r * sinf(angle));
         Vec3::new(x, height(x, z), z)
     });
-    let rim = sheet(208, 4, true, |u, v| {
+    let rim = sheet(192, 4, true, |u, v| {
         let angle = u * 2.0 * PI;
         let r = RADIUS * (1.0 - 0.06 * v * v);
         Vec3::new(r * cosf(angle), -0.34 * v, -r * sinf(angle))
@@ -52,7 +60,7 @@ pub(super) fn ground(sand: u32, rock: u32) -> Object {
 /// Mounds of little spheres, laid out like the seeds of a sunflower.
 pub(super) fn corals(material: u32) -> Object {
     let mut spheres = Spheres { name: "coral".to_owned(), material, ..Spheres::default() };
-    for (mound, &(x, z, radius, low, high)) in MOUNDS.iter().enumerate() {
+    for (mound, &Mound { x, z, radius, low, high }) in MOUNDS.iter().enumerate() {
         let (low, high) = (Vec3::from(low), Vec3::from(high));
         let count = (420.0 * radius) as u32 + 60;
         for k in 0..count {

@@ -13,6 +13,7 @@ use mobula::pipeline::MAX_THREADS;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::scene::BackgroundDescription;
+use mobula::traverse::TraverserKind;
 use mobula_simd::Level;
 
 /// Packet ray tracer for triangle meshes and spheres.
@@ -75,6 +76,10 @@ pub(crate) struct SceneOptions {
     /// Pixel sampler: single, or jittered:K for K x K samples per pixel
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) sampler: SamplerKind,
+
+    /// Image traverser: tiled, progressive (coarse at once, then refined frame by frame), deadline:MILLISECONDS or null
+    #[arg(long, value_name = "NAME", default_value_t)]
+    pub(crate) traverser: TraverserKind,
 
     /// Load balancer: work-queue, work-queue:GRANULARITY, cyclic or static
     #[arg(long, value_name = "NAME", default_value_t)]

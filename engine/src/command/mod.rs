@@ -69,6 +69,7 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
         view: None,
         renderer: options.renderer,
         sampler: options.samples.unwrap_or(options.sampler),
+        traverser: options.traverser,
         balancer: options.balancer,
         acceleration: options.accel,
         shadows: !options.no_shadows,

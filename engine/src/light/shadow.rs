@@ -4,6 +4,7 @@ use glam::Vec3;
 use mobula_core::{AnyHitPacket, Properties};
 
 use crate::material::Points;
+use crate::pipeline::fault::scope;
 use crate::stack::{Context, Illumination, Light};
 
 /// A light is near if it is within so many times the size of the scene: then shadow rays start at it.
@@ -22,7 +23,7 @@ pub fn illuminate<const N: usize>(
     points: &Points<N>,
     out: &mut Illumination<N>,
 ) {
-    light.illuminate(&points.position, points.range(), out);
+    scope("light", || light.illuminate(&points.position, points.range(), out));
     let mut facing = [0_u16; N];
     let mut count = 0;
     for i in points.range() {

@@ -30,11 +30,7 @@ impl<const N: usize> Renderer<N> for Raytracer {
         let mut at = packet.range().start;
         while let Some((material, range)) = next_run(packet, at) {
             at = range.end;
-            let mut run = packet.sub_packet(range);
-            match material {
-                Some(material) => scene.material(material).shade(context, &mut run),
-                None => scene.background.shade(context, &mut run),
-            }
+            scene.shade(context, material, &mut packet.sub_packet(range));
         }
     }
 }

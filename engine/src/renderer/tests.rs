@@ -48,7 +48,9 @@ fn render<const N: usize>(description: &SceneDescription, how: How) -> (Vec<u32>
     for y0 in (0..HEIGHT).step_by(how.fragment as usize) {
         for x0 in (0..WIDTH).step_by(how.fragment as usize) {
             let (x1, y1) = ((x0 + how.fragment).min(WIDTH), (y0 + how.fragment).min(HEIGHT));
-            sampler.render_fragment(&context, &camera, Fragment { channel: 0, x0, y0, x1, y1 }, &picture);
+            let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|edge| edge as usize);
+            let fragment = Fragment { channel: 0, x0, y0, x1, y1, step: 1 };
+            sampler.render_fragment(&context, &camera, fragment, &picture);
         }
     }
     (picture.pixels().collect(), statistics)

@@ -4,7 +4,7 @@ use glam::Vec3;
 use mobula_core::rays::vec3;
 use mobula_core::{Properties, RayPacket};
 
-use super::morton::for_each_piece;
+use super::{fill, morton::for_each_piece};
 use crate::color::to_pixel;
 use crate::image::FrameBuffer;
 use crate::math::{hash, unit};
@@ -63,8 +63,8 @@ impl<const N: usize> PixelSampler<N> for Jittered {
                 for i in 0..count {
                     sum += vec3(&packet.color, i);
                     if (first + i + 1).is_multiple_of(samples) {
-                        let [x, y] = pixels[(first + i) / samples];
-                        out.set(x as usize, y as usize, to_pixel(sum / samples as f32));
+                        let pixel = pixels[(first + i) / samples];
+                        fill(out, &fragment, pixel, to_pixel(sum / samples as f32));
                         sum = Vec3::ZERO;
                     }
                 }

@@ -12,7 +12,8 @@ pub use jittered::Jittered;
 pub use single::SingleSample;
 
 use crate::choice::UnknownName;
-use crate::stack::PixelSampler;
+use crate::image::FrameBuffer;
+use crate::stack::{Fragment, PixelSampler};
 
 /// A pixel sampler: `single`, or `jittered:K` with K x K samples a pixel (`jittered` alone: 3 x 3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,6 +61,16 @@ impl fmt::Display for SamplerKind {
         match self {
             Self::Single => f.write_str("single"),
             Self::Jittered { side } => write!(f, "jittered:{side}"),
+        }
+    }
+}
+
+/// Gives a sampled pixel its colour, and with it the square that it stands for (see [`Fragment::step`]).
+fn fill(out: &FrameBuffer, fragment: &Fragment, [x, y]: [u32; 2], color: u32) {
+    let (x, y) = (x as usize, y as usize);
+    for y in y..(y + fragment.step).min(fragment.y1) {
+        for x in x..(x + fragment.step).min(fragment.x1) {
+            out.set(x, y, color);
         }
     }
 }

@@ -22,14 +22,17 @@ const fn even_bits(x: u32) -> u32 {
     (x | x >> 4) & 0x00ff
 }
 
-/// Calls `f` with the pixels of `fragment` in pieces of up to `piece` (1 to 1024) pixels, each pixel once.
+/// Calls `f` with the pixels of `fragment` that have to be sampled, in pieces of up to `piece` (1 to 1024), each once.
 ///
 /// The fragment is cut into square blocks, and the Morton curve of each block into pieces of `piece` places; what falls
 /// outside the fragment is left out. So a piece of 4, 16, 64, 256 pixels is a square, one of 2, 8, 32, 128 a rectangle
 /// twice as wide as high, both clipped at the border: still a rectangle. Any other number gives consecutive pixels of the
 /// curve, which is compact, but not a rectangle.
 pub fn for_each_piece(fragment: Fragment, piece: usize, mut f: impl FnMut(&[[u32; 2]])) {
-    let (width, height) = (fragment.x1.saturating_sub(fragment.x0), fragment.y1.saturating_sub(fragment.y0));
+    let step = fragment.step.max(1);
+    let width = fragment.x1.saturating_sub(fragment.x0).div_ceil(step) as u32;
+    let height = fragment.y1.saturating_sub(fragment.y0).div_ceil(step) as u32;
+    let (x0, y0, step) = (fragment.x0 as u32, fragment.y0 as u32, step as u32);
     let piece = piece.clamp(1, (LARGEST * LARGEST) as usize) as u32;
     let bits = piece.next_power_of_two().trailing_zeros();
     let side = width.min(height).clamp(1, LARGEST).next_power_of_two().max(1 << bits.div_ceil(2));
@@ -41,7 +44,7 @@ pub fn for_each_piece(fragment: Fragment, piece: usize, mut f: impl FnMut(&[[u32
                 for code in first..(first + piece).min(side * side) {
                     let [dx, dy] = decode(code);
                     if x + dx < width && y + dy < height {
-                        pixels[count] = [fragment.x0 + x + dx, fragment.y0 + y + dy];
+                        pixels[count] = [x0 + (x + dx) * step, y0 + (y + dy) * step];
                         count += 1;
                     }
                 }
@@ -68,20 +71,31 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_pixel_comes_once(x0 in 0..70_u32, y0 in 0..70_u32, w in 0..70_u32, h in 0..70_u32, piece in 1..=1024_usize) {
-            let fragment = Fragment { channel: 0, x0, y0, x1: x0 + w, y1: y0 + h };
+        fn every_pixel_comes_once(
+            x0 in 0..70_usize,
+            y0 in 0..70_usize,
+            w in 0..70_usize,
+            h in 0..70_usize,
+            step in 1..9_usize,
+            piece in 1..=1024_usize,
+        ) {
+            let fragment = Fragment { channel: 0, x0, y0, x1: x0 + w, y1: y0 + h, step };
             let mut seen = HashSet::new();
             for_each_piece(fragment, piece, |pixels| {
                 assert!(!pixels.is_empty() && pixels.len() <= piece);
                 assert!(pixels.iter().all(|&p| seen.insert(p)), "a pixel comes twice");
             });
-            prop_assert_eq!(seen.len() as u32, w * h);
-            prop_assert!(seen.iter().all(|&[x, y]| x0 <= x && x < x0 + w && y0 <= y && y < y0 + h));
+            prop_assert_eq!(seen.len(), w.div_ceil(step) * h.div_ceil(step));
+            for &[x, y] in &seen {
+                let (x, y) = (x as usize, y as usize);
+                prop_assert!(x0 <= x && x < x0 + w && y0 <= y && y < y0 + h);
+                prop_assert!((x - x0) % step == 0 && (y - y0) % step == 0);
+            }
         }
 
         #[test]
-        fn powers_of_two_are_rectangles(w in 1..70_u32, h in 1..70_u32, bits in 0..=10_u32) {
-            let fragment = Fragment { channel: 0, x0: 3, y0: 5, x1: 3 + w, y1: 5 + h };
+        fn powers_of_two_are_rectangles(w in 1..70_usize, h in 1..70_usize, bits in 0..=10_u32) {
+            let fragment = Fragment { channel: 0, x0: 3, y0: 5, x1: 3 + w, y1: 5 + h, step: 1 };
             for_each_piece(fragment, 1 << bits, |pixels| {
                 let range = |axis: usize| {
                     let values = pixels.iter().map(|p| p[axis]);

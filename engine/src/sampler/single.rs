@@ -4,7 +4,7 @@ use glam::Vec3;
 use mobula_core::rays::vec3;
 use mobula_core::{Properties, RayPacket};
 
-use super::morton::for_each_piece;
+use super::{fill, morton::for_each_piece};
 use crate::color::to_pixel;
 use crate::image::FrameBuffer;
 use crate::stack::{Camera, Context, Fragment, PixelSampler};
@@ -34,7 +34,7 @@ impl<const N: usize> PixelSampler<N> for SingleSample {
             context.renderer.trace(context, &mut packet);
             for (i, &[x, y]) in pixels.iter().enumerate() {
                 let color: Vec3 = vec3(&packet.color, i);
-                out.set(x as usize, y as usize, to_pixel(color));
+                fill(out, &fragment, [x, y], to_pixel(color));
             }
         });
     }

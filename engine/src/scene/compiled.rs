@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use mobula_core::{AnyHitPacket, RayPacket, Surface};
+use mobula_core::{AnyHitPacket, RayPacket, SubPacket, Surface};
 
 use super::{Geometry, LightDescription, MaterialDescription, SceneDescription, SceneError};
 use crate::accel::AccelerationKind;
 use crate::camera::{Up, View};
+use crate::pipeline::fault::scope;
 use crate::stack::{AccelerationStructure, Background, Context, Light, Material};
 use crate::{background, light, material};
 
@@ -17,6 +18,8 @@ use crate::{background, light, material};
 pub struct Scene<const N: usize> {
     /// What primitives' material indices refer to; the last one is the default material.
     materials: Vec<Arc<dyn Material<N>>>,
+    /// What faults in them are called.
+    material_names: Vec<String>,
     /// Where light comes from.
     pub lights: Vec<Arc<dyn Light<N>>>,
     /// Light that comes from everywhere.
@@ -43,6 +46,7 @@ impl<const N: usize> Scene<N> {
         let up = description.up.unwrap_or_else(|| Up::guess(geometry.bounds()));
         let default = MaterialDescription::default();
         let materials = description.materials.iter().map(|named| &named.material).chain([&default]);
+        let names = description.materials.iter().map(|named| named.name.as_str()).chain(["default"]);
         let casts_shadow =
             |index: u32| description.materials.get(index as usize).is_none_or(|named| named.material.casts_shadow());
         let lights = match &description.lights[..] {
@@ -51,6 +55,7 @@ impl<const N: usize> Scene<N> {
         };
         Self {
             materials: materials.map(material::build).collect(),
+            material_names: names.map(|name| format!("material {name}")).collect(),
             lights: lights.iter().map(light::build).collect(),
             ambient: light::Ambient::new(&description.ambient, up),
             background: background::build(&description.background, up),
@@ -65,7 +70,7 @@ impl<const N: usize> Scene<N> {
     /// Finds the nearest hit of each active ray, and its material.
     pub fn intersect(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
         packet.check();
-        self.acceleration.intersect(context, packet);
+        scope("acceleration structure", || self.acceleration.intersect(context, packet));
         let default = self.materials.len() as u32 - 1;
         let mut near = 0;
         for i in packet.range() {
@@ -78,7 +83,18 @@ impl<const N: usize> Scene<N> {
     /// Finds which rays hit anything.
     pub fn occlude(&self, context: &Context<'_, N>, packet: &mut AnyHitPacket<N>) {
         packet.check();
-        self.acceleration.occlude(context, packet);
+        scope("acceleration structure", || self.acceleration.occlude(context, packet));
+    }
+
+    /// Colours rays that all hit the same material, or nothing.
+    pub fn shade(&self, context: &Context<'_, N>, material: Option<u32>, rays: &mut SubPacket<'_, N>) {
+        match material {
+            None => scope("background", || self.background.shade(context, rays)),
+            Some(index) => {
+                let name = self.material_names.get(index as usize).map_or("material", String::as_str);
+                scope(name, || self.material(index).shade(context, rays));
+            }
+        }
     }
 
     /// The material of an index that [`intersect`](Self::intersect) filled in.

@@ -1,5 +1,6 @@
 //! The traversers that can be chosen at run time, by name.
 
+use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -33,6 +34,17 @@ impl TraverserKind {
             Self::Progressive => Box::new(Progressive::new(tile, balancer.build(), Progressive::COARSEST)),
             Self::Deadline(limit) => Box::new(Deadline::new(tile, balancer.build(), limit)),
             Self::Null => Box::new(NullTraverser),
+        }
+    }
+}
+
+impl fmt::Display for TraverserKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tiled => f.write_str("tiled"),
+            Self::Progressive => f.write_str("progressive"),
+            Self::Deadline(limit) => write!(f, "deadline:{}", limit.as_secs_f64() * 1e3),
+            Self::Null => f.write_str("null"),
         }
     }
 }

@@ -1,0 +1,178 @@
+//! Kernels that ask which primitive each ray hits.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
+
+use super::{Agrees, Dice, Draft, Kernel, Outcome, Work};
+use crate::oracle::{self, Truth};
+use crate::{NO_HIT, Properties, Rays};
+
+/// One primitive against a vector of rays.
+pub trait RayTest: 'static {
+    /// The primitive.
+    type Primitive: Clone + Debug + 'static;
+    /// The test that this one is a special case of; itself if it is general.
+    type General: RayTest<Primitive = Self::Primitive>;
+    /// The primitive with all that is the same for every ray worked out.
+    type Prepared<T: Token>: Copy;
+    /// What it needs to know of the rays.
+    const PROMISES: Properties = Properties::empty();
+    /// How it agrees with the general test.
+    const AGREES: Agrees = Agrees::Exactly;
+    /// Relative to the distances involved, how far from a boundary hit and miss may be confused, and distances be off.
+    const GUARD: f64 = 1.0 / (1 << 19) as f64;
+
+    /// Draws a primitive.
+    fn draw(dice: &mut Dice<'_>) -> Self::Primitive;
+
+    /// A point of interest to aim a ray at.
+    fn aim(dice: &mut Dice<'_>, primitive: &Self::Primitive) -> [f32; 3];
+
+    /// Derives in the packet what the test reads; once per packet.
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(_token: T, _rays: &mut Rays<N>) {}
+
+    /// Prepares a primitive; once per packet and primitive.
+    fn prepare<T: Token, const N: usize>(token: T, primitive: &Self::Primitive, rays: &Rays<N>) -> Self::Prepared<T>;
+
+    /// Which of the rays from `at` hit within their intervals, and where.
+    fn test<T: Token, const N: usize>(
+        token: T,
+        prepared: &Self::Prepared<T>,
+        rays: &Rays<N>,
+        at: usize,
+    ) -> (T::Mask, T::F32);
+
+    /// What is true, and how far the distance moves when the surface moves by as much as it is away: the size of the
+    /// scene over the cosine. `None` where the oracle cannot tell.
+    fn truth(primitive: &Self::Primitive, ray: &oracle::Ray) -> Option<(Truth, f64)>;
+}
+
+/// The nearest of all primitives, or any.
+pub const CLOSEST: bool = false;
+/// Any hit is enough: `t_max` becomes `-inf`.
+pub const ANY: bool = true;
+/// Some rays may be inactive.
+pub const MASKED: bool = false;
+/// All rays are active.
+pub const FULL: bool = true;
+
+/// The kernel that runs a [`RayTest`] for every primitive and ray of the packet.
+#[derive(Debug)]
+pub struct Find<R, const HIT: bool = CLOSEST, const LANES: bool = MASKED>(PhantomData<R>);
+
+impl<R: RayTest, const HIT: bool, const LANES: bool> Kernel for Find<R, HIT, LANES> {
+    type Primitive = R::Primitive;
+    type General = Find<R::General, HIT, MASKED>;
+    const PROMISES: Properties = R::PROMISES;
+    const ALL_ACTIVE: bool = LANES == FULL;
+    const AGREES: Agrees = R::AGREES;
+
+    fn draw(dice: &mut Dice<'_>) -> R::Primitive {
+        R::draw(dice)
+    }
+
+    fn aim(dice: &mut Dice<'_>, primitive: &R::Primitive) -> [f32; 3] {
+        R::aim(dice, primitive)
+    }
+
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<R::Primitive, N>) {
+        R::derive(token, &mut work.rays);
+    }
+
+    #[inline(always)]
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<R::Primitive, N>) {
+        let Work { rays, primitives, found, .. } = work;
+        for (id, primitive) in primitives.iter().enumerate() {
+            let prepared = R::prepare(token, primitive, rays);
+            let mut at = 0;
+            while at < N {
+                let (hit, t) = R::test(token, &prepared, rays, at);
+                if hit.any() {
+                    let hit = if LANES == FULL { hit } else { hit & rays.active(token, at) };
+                    if HIT == ANY {
+                        token.splat(f32::NEG_INFINITY).store_masked(&mut rays.t_max[..], at, hit);
+                    } else {
+                        let id = token.splat_i32(id as i32);
+                        let nearest = token.load(&rays.t_max[..], at);
+                        let lower = id.lt_unsigned(token.load_u32(&found[..], at));
+                        let better = hit & (t.lt(nearest) | (t.eq(nearest) & lower));
+                        t.store_masked(&mut rays.t_max[..], at, better);
+                        id.store_masked(&mut found[..], at, better);
+                    }
+                }
+                at += T::LANES;
+            }
+        }
+    }
+
+    fn verify(draft: &Draft<R::Primitive>, outcome: &Outcome) -> Result<(), String> {
+        for i in draft.range.clone() {
+            let ray = draft.rays[i].exact();
+            let truths: Vec<_> = draft.primitives.iter().map(|p| R::truth(p, &ray)).collect();
+            let (t, found) = (f64::from(outcome.t_max(i)), outcome.found(i));
+            if HIT == ANY && ray.t_max == f64::NEG_INFINITY {
+                continue;
+            }
+            let was_hit = if HIT == ANY { t == f64::NEG_INFINITY } else { found != NO_HIT };
+            judge::<R>(&truths, HIT == ANY, was_hit, found, t)
+                .map_err(|what| format!("ray {i}: {what}; {:?}, {:?}", draft.rays[i], draft.primitives))?;
+        }
+        Ok(())
+    }
+}
+
+/// Is the answer of one ray right?
+fn judge<R: RayTest>(
+    truths: &[Option<(Truth, f64)>],
+    any: bool,
+    was_hit: bool,
+    found: u32,
+    t: f64,
+) -> Result<(), String> {
+    // How far off a distance may be.
+    let slack = |reach: f64, t: f64| R::GUARD * (reach + t.abs());
+    let clear = |at: usize| truths[at].filter(|(truth, _)| truth.margin > R::GUARD);
+    let all = 0..truths.len();
+    if !was_hit {
+        return match all.clone().find(|&at| clear(at).is_some_and(|(truth, _)| truth.t.is_some())) {
+            Some(at) => Err(format!("missed primitive {at}, truly hit: {:?}", truths[at])),
+            None => Ok(()),
+        };
+    }
+    if any {
+        let impossible = all.clone().all(|at| clear(at).is_some_and(|(truth, _)| truth.t.is_none()));
+        return if impossible { Err(format!("hit nothing that is there: {truths:?}")) } else { Ok(()) };
+    }
+    let Some((truth, reach)) = clear(found as usize) else { return Ok(()) };
+    let Some(true_t) = truth.t else { return Err(format!("hit primitive {found}, truly missed: {truth:?}")) };
+    if (t - true_t).abs() > slack(reach, true_t) {
+        return Err(format!("primitive {found} hit at {t:e}, truly at {true_t:e}, allowed {:e}", slack(reach, true_t)));
+    }
+    for at in all {
+        if let Some((Truth { t: Some(nearer), .. }, nearer_reach)) = clear(at)
+            && nearer + slack(nearer_reach, nearer) < true_t - slack(reach, true_t)
+        {
+            return Err(format!("primitive {found} hit at {t:e}, but {at} is nearer: {nearer:e}"));
+        }
+    }
+    Ok(())
+}
+
+/// Is a number one that the oracle's bounds hold for? Where squares and cubes leave the range of `f32`, hits are lost.
+pub fn in_reach(x: f32) -> bool {
+    x == 0.0 || (1e-5..=1e5).contains(&x.abs())
+}
+
+/// Are all numbers of a ray ones that the oracle's bounds hold for?
+pub fn ray_in_reach(ray: &oracle::Ray) -> bool {
+    let longest = ray.direction.iter().fold(0.0f64, |l, d| l.max(d.abs()));
+    // Directions of any kind of number are fine as long as they are of normal length.
+    ray.origin.iter().all(|&x| in_reach(x as f32)) && (1e-5..=1e5).contains(&longest)
+}

@@ -1,0 +1,132 @@
+//! What a kernel tells the lab.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Debug;
+
+use mobula_simd::Token;
+
+use super::{Dice, Draft, Outcome};
+use crate::{Column, NO_HIT, Properties, Rays};
+
+/// How a special case agrees with the general path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Agrees {
+    /// It only hoists work: the same bits.
+    Exactly,
+    /// It rounds differently: both stay within the bound of their oracle, which [`verify`](Kernel::verify) computes.
+    WithinBound,
+}
+
+/// A kernel, or a special case of one, written once for every level and packet width.
+///
+/// Kernels that ask which primitive each ray hits are written as a [`RayTest`](super::RayTest) instead, which is less
+/// work: [`Find`](super::Find) makes kernels of them.
+pub trait Kernel: 'static {
+    /// What rays are tested against; `()` for operations on packets alone.
+    type Primitive: Clone + Debug + 'static;
+    /// The path that this one is a special case of; itself if it is general.
+    type General: Kernel<Primitive = Self::Primitive>;
+    /// What it needs to know of the rays. Inputs are made so that it is true.
+    const PROMISES: Properties = Properties::empty();
+    /// Does it need all rays to be active?
+    const ALL_ACTIVE: bool = false;
+    /// How it agrees with the general path.
+    const AGREES: Agrees = Agrees::Exactly;
+    /// Primitives in the case that is timed.
+    const PRIMITIVES: usize = 64;
+
+    /// Draws a primitive.
+    fn draw(dice: &mut Dice<'_>) -> Self::Primitive;
+
+    /// A point of interest to aim a ray at: corners, edges, outlines, the inside.
+    fn aim(dice: &mut Dice<'_>, primitive: &Self::Primitive) -> [f32; 3];
+
+    /// Floats of [`Work::extra`] that it writes.
+    fn extra(_rays: usize, _primitives: usize) -> usize {
+        0
+    }
+
+    /// How many tests [`run`](Self::run) does: what times are divided by.
+    fn tests(rays: usize, primitives: usize) -> usize {
+        rays * primitives
+    }
+
+    /// What is derived once per packet, before: not timed.
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(_token: T, _work: &mut Work<Self::Primitive, N>) {}
+
+    /// Undoes [`run`](Self::run) enough to run it again; timed.
+    #[inline(always)]
+    fn reset<const N: usize>(work: &mut Work<Self::Primitive, N>) {
+        work.rays.t_max = work.t_max;
+    }
+
+    /// The kernel. Mark it `#[inline(always)]`, and put no closures around lanes.
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<Self::Primitive, N>);
+
+    /// Holds what came out against the truth.
+    ///
+    /// # Errors
+    /// What is wrong.
+    fn verify(draft: &Draft<Self::Primitive>, outcome: &Outcome) -> Result<(), String>;
+}
+
+/// A packet with primitives, and where answers go. Rows of inactive rays must stay as they are.
+#[derive(Clone, Debug)]
+pub struct Work<P, const N: usize> {
+    /// The rays; `t_max` is also an answer.
+    pub rays: Rays<N>,
+    /// What they are tested against.
+    pub primitives: Vec<P>,
+    /// One integer a ray, an answer: the place of the primitive that was hit.
+    pub found: Column<u32, N>,
+    /// Answers of any other shape: [`Kernel::extra`] floats.
+    pub extra: Vec<f32>,
+    t_max: Column<f32, N>,
+}
+
+impl<P: Clone, const N: usize> Work<P, N> {
+    /// Pours a case into a packet.
+    pub(super) fn new(draft: &Draft<P>, extra: usize) -> Box<Self> {
+        let mut rays = Rays::default();
+        rays.reset(draft.range.clone(), Properties::empty());
+        for (i, ray) in draft.rays.iter().enumerate() {
+            rays.set_ray(i, ray.origin.into(), ray.direction.into());
+            rays.set_interval(i, ray.t_min, ray.t_max);
+        }
+        // CONSTANT_SIGNS and CONSTANT_AXIS are found out when they are derived; the kernel takes them for granted.
+        rays.promise(draft.promises - (Properties::CONSTANT_SIGNS | Properties::CONSTANT_AXIS));
+        let t_max = rays.t_max;
+        Box::new(Self {
+            rays,
+            primitives: draft.primitives.clone(),
+            found: Column::splat(NO_HIT),
+            // Not zero, so that a store too many or too few shows.
+            extra: alloc::vec![-12345.0; extra],
+            t_max,
+        })
+    }
+
+    /// All that came out, of the first `width` rays.
+    pub(super) fn outcome(&self, width: usize) -> Outcome {
+        let bits = |column: &Column<f32, N>| column[..width].iter().map(|&x| canonical(x)).collect::<Vec<u32>>();
+        let [dx, dy, dz] = self.rays.directions();
+        let [ix, iy, iz] = self.rays.inverse_columns();
+        let [sx, sy, sz] = self.rays.shear_columns();
+        let columns = [&self.rays.t_max, dx, dy, dz, ix, iy, iz, sx, sy, sz].map(bits);
+        Outcome {
+            columns,
+            found: self.found[..width].to_vec(),
+            axis: self.rays.axes()[..width].to_vec(),
+            extra: self.extra.iter().map(|&x| canonical(x)).collect(),
+            properties: self.rays.properties(),
+        }
+    }
+}
+
+/// The bits of a number; all NaN are one.
+fn canonical(x: f32) -> u32 {
+    if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
+}

@@ -1,0 +1,251 @@
+//! One ray, or the beam around a packet, against the eight boxes of a node: see [`crate::kernel::aabb`].
+
+use alloc::format;
+use alloc::string::String;
+
+use mobula_simd::{F32Lanes, MaskLanes, Token};
+
+use super::slab::box_truth;
+use crate::Properties;
+use crate::kernel::aabb::{aabb, beam, slabs, slabs_scaled};
+use crate::kernel::bounds::packet_bounds;
+use crate::kernel::{splat3, sub};
+use crate::lab::{Agrees, Dice, Draft, Kernel, Outcome, RayTest, Work};
+use crate::oracle;
+
+use super::slab::Slab;
+
+/// Eight boxes: low x, y, z, high x, y, z.
+pub type Planes = [[f32; 8]; 6];
+
+/// Which plane is nearer is found box by box.
+pub const GENERAL: u8 = 0;
+/// Planes are picked by the ray's signs.
+pub const SORTED: u8 = 1;
+/// So are they, and the origin is multiplied out once per ray.
+pub const SORTED_FUSED: u8 = 2;
+
+/// One ray against eight boxes, for each ray of the packet. The mask of each node is rotated into the ray's `found`; entry
+/// distances go to `extra`.
+#[derive(Debug)]
+pub struct Children<const CASE: u8>;
+
+const NODES: usize = 4;
+
+fn draw(dice: &mut Dice<'_>) -> Planes {
+    let mut planes = [[0.0; 8]; 6];
+    for slot in 0..8 {
+        let [low, high] = <Slab<0> as RayTest>::draw(dice);
+        for axis in 0..3 {
+            (planes[axis][slot], planes[axis + 3][slot]) = (low[axis], high[axis]);
+        }
+    }
+    planes
+}
+
+fn corners(planes: &Planes, slot: usize) -> [[f32; 3]; 2] {
+    [[0, 1, 2].map(|k| planes[k][slot]), [3, 4, 5].map(|k| planes[k][slot])]
+}
+
+fn aim(dice: &mut Dice<'_>, planes: &Planes) -> [f32; 3] {
+    let slot = dice.below(8);
+    <Slab<0> as RayTest>::aim(dice, &corners(planes, slot))
+}
+
+impl<const CASE: u8> Kernel for Children<CASE> {
+    type Primitive = Planes;
+    type General = Children<GENERAL>;
+    const PRIMITIVES: usize = NODES;
+    const AGREES: Agrees = if CASE == GENERAL { Agrees::Exactly } else { Agrees::WithinBound };
+
+    fn draw(dice: &mut Dice<'_>) -> Planes {
+        draw(dice)
+    }
+
+    fn aim(dice: &mut Dice<'_>, planes: &Planes) -> [f32; 3] {
+        aim(dice, planes)
+    }
+
+    fn extra(rays: usize, primitives: usize) -> usize {
+        rays * primitives * 8
+    }
+
+    fn tests(rays: usize, primitives: usize) -> usize {
+        rays * primitives * 8
+    }
+
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
+        work.rays.inverse_directions(token);
+    }
+
+    #[inline(always)]
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
+        let token = token.narrow();
+        let Work { rays, primitives, found, extra, .. } = work;
+        for i in rays.range() {
+            let mut inverse = [0.0; 3];
+            let mut origin = [0.0; 3];
+            let mut scaled = [0.0; 3];
+            let mut rows = [[0, 1, 2], [3, 4, 5]];
+            for axis in 0..3 {
+                inverse[axis] = rays.inverse_columns()[axis][i];
+                origin[axis] = rays.origins()[axis][i];
+                scaled[axis] = origin[axis] * inverse[axis];
+                if CASE != GENERAL && inverse[axis].is_sign_negative() {
+                    (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
+                }
+            }
+            let (inverse, origin, scaled) = (splat3(token, inverse), splat3(token, origin), splat3(token, scaled));
+            let (t_min, t_max) = (token.splat(rays.t_min()[i]), token.splat(rays.t_max[i]));
+            let mut word = found[i];
+            for (planes, nears) in primitives.iter().zip(extra[i * primitives.len() * 8..].chunks_exact_mut(8)) {
+                let mut met = 0;
+                let mut at = 0;
+                while at < 8 {
+                    let near = pick(token, planes, rows[0], at);
+                    let far = pick(token, planes, rows[1], at);
+                    let (hit, t) = match CASE {
+                        GENERAL => aabb(token, sub(near, origin), sub(far, origin), inverse, t_min, t_max),
+                        SORTED => slabs(token, sub(near, origin), sub(far, origin), inverse, t_min, t_max),
+                        _ => slabs_scaled(token, near, far, inverse, scaled, t_min, t_max),
+                    };
+                    met |= hit.bits() << at;
+                    t.store(nears, at);
+                    at += token_lanes(token);
+                }
+                word = word << 8 | met;
+            }
+            found[i] = word;
+        }
+    }
+
+    fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
+        let last = draft.primitives.len().min(4);
+        for i in draft.range.clone() {
+            for (at, planes) in draft.primitives.iter().rev().take(last).enumerate() {
+                let met = outcome.found(i) >> (8 * at) & 0xff;
+                for slot in 0..8 {
+                    let [low, high] = corners(planes, slot);
+                    let Some((truth, reach)) = box_truth(low, high, &draft.rays[i].exact()) else { continue };
+                    if truth.margin <= GUARD {
+                        continue;
+                    }
+                    if truth.t.is_some() != (met >> slot & 1 != 0) {
+                        return Err(format!(
+                            "ray {i} and {low:?} {high:?}: {truth:?}, met {met:#x}; {:?}",
+                            draft.rays[i]
+                        ));
+                    }
+                    let node = draft.primitives.len() - 1 - at;
+                    let near = f64::from(outcome.extra((i * draft.primitives.len() + node) * 8 + slot));
+                    if let Some(t) = truth.t
+                        && (near - t).abs() > GUARD * (reach + t.abs())
+                    {
+                        return Err(format!("ray {i} enters {low:?} {high:?} at {near:e}, truly {t:e}"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+const GUARD: f64 = 1.0 / (1 << 19) as f64;
+
+#[inline(always)]
+fn token_lanes<T: Token>(_: T) -> usize {
+    T::LANES
+}
+
+#[inline(always)]
+fn pick<T: Token>(token: T, planes: &Planes, rows: [usize; 3], at: usize) -> [T::F32; 3] {
+    let rows = [&planes[rows[0] % 6], &planes[rows[1] % 6], &planes[rows[2] % 6]];
+    [token.load(rows[0], at), token.load(rows[1], at), token.load(rows[2], at)]
+}
+
+/// The beam around all rays of a packet against eight boxes, as packet traversal does: a box that any ray meets is
+/// met. It needs constant signs; a packet without them is not tested.
+#[derive(Debug)]
+pub struct Beams;
+
+impl Kernel for Beams {
+    type Primitive = Planes;
+    type General = Self;
+    const PROMISES: crate::Properties = Properties::CONSTANT_SIGNS;
+    const PRIMITIVES: usize = 16;
+
+    fn draw(dice: &mut Dice<'_>) -> Planes {
+        draw(dice)
+    }
+
+    fn aim(dice: &mut Dice<'_>, planes: &Planes) -> [f32; 3] {
+        aim(dice, planes)
+    }
+
+    fn extra(_rays: usize, primitives: usize) -> usize {
+        primitives * 16
+    }
+
+    fn tests(_rays: usize, primitives: usize) -> usize {
+        primitives * 8
+    }
+
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
+        work.rays.inverse_directions(token);
+    }
+
+    #[inline(always)]
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
+        let bounds = packet_bounds::<T, N, false>(token, &work.rays);
+        let token = token.narrow();
+        let (mut near_origin, mut far_origin) = (bounds.origin[1], bounds.origin[0]);
+        let mut rows = [[0, 1, 2], [3, 4, 5]];
+        for axis in 0..3 {
+            if bounds.inverse[1][axis] < 0.0 {
+                (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
+                (near_origin[axis], far_origin[axis]) = (far_origin[axis], near_origin[axis]);
+            }
+        }
+        let (near_origin, far_origin) = (splat3(token, near_origin), splat3(token, far_origin));
+        let inverse = [splat3(token, bounds.inverse[0]), splat3(token, bounds.inverse[1])];
+        let (t_min, t_max) = (token.splat(bounds.t_min), token.splat(bounds.t_max));
+        for (planes, out) in work.primitives.iter().zip(work.extra.chunks_exact_mut(16)) {
+            let (nears, met) = out.split_at_mut(8);
+            let mut at = 0;
+            while at < 8 {
+                let to_near = sub(pick(token, planes, rows[0], at), near_origin);
+                let to_far = sub(pick(token, planes, rows[1], at), far_origin);
+                let (hit, near) = beam(token, to_near, to_far, inverse, t_min, t_max);
+                near.store(nears, at);
+                token.splat(1.0).select(hit, token.splat(0.0)).store(met, at);
+                at += token_lanes(token);
+            }
+        }
+    }
+
+    fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
+        for (node, planes) in draft.primitives.iter().enumerate() {
+            for slot in 0..8 {
+                let [low, high] = corners(planes, slot);
+                let met = outcome.extra(node * 16 + 8 + slot) == 1.0;
+                for i in draft.range.clone() {
+                    // Packets of which one ray is out of reach have no bounds to speak of.
+                    let all = draft.range.clone().all(|k| box_truth(low, high, &exact(draft, k)).is_some());
+                    let Some((truth, reach)) = box_truth(low, high, &exact(draft, i)).filter(|_| all) else { continue };
+                    let Some(t) = truth.t.filter(|_| truth.margin > GUARD) else { continue };
+                    let near = f64::from(outcome.extra(node * 16 + slot));
+                    if !met || near > t + GUARD * (reach + t.abs()) {
+                        return Err(format!("ray {i} enters {low:?} {high:?} at {t:e}, its beam {met} at {near:e}"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn exact(draft: &Draft<Planes>, i: usize) -> oracle::Ray {
+    draft.rays[i].exact()
+}

@@ -1,0 +1,56 @@
+//! The kernels of this crate, registered. Special cases that were measured not to pay are not here: see
+//! `benches/record`.
+
+pub mod children;
+pub mod iso_cell;
+pub mod packet_operations;
+pub mod slab;
+pub mod sphere;
+pub mod triangle;
+
+use super::find::{ANY, CLOSEST, FULL, Find};
+use children::{Beams, Children};
+use iso_cell::IsoCell;
+use packet_operations::{Bounds, Inverse, Normalize, Shears};
+use slab::Slab;
+use sphere::Sphere;
+use triangle::Triangle;
+
+crate::kernels! {
+    /// All kernels of this crate and their special cases.
+    pub static KERNELS;
+    triangle {
+        general: Find<Triangle<{ triangle::GENERAL }>>,
+        constant_axis: Find<Triangle<{ triangle::CONSTANT_AXIS }>>,
+        common_origin: Find<Triangle<{ triangle::COMMON_ORIGIN }>>,
+        common_origin_full: Find<Triangle<{ triangle::COMMON_ORIGIN }>, CLOSEST, FULL>,
+        any: Find<Triangle<{ triangle::GENERAL }>, ANY>,
+        common_origin_any: Find<Triangle<{ triangle::COMMON_ORIGIN }>, ANY>,
+    }
+    sphere {
+        general: Find<Sphere<false, false>>,
+        common_origin: Find<Sphere<true, false>>,
+        unit: Find<Sphere<false, true>>,
+        common_origin_unit: Find<Sphere<true, true>>,
+        common_origin_unit_full: Find<Sphere<true, true>, CLOSEST, FULL>,
+        any: Find<Sphere<false, false>, ANY>,
+        common_origin_unit_any: Find<Sphere<true, true>, ANY>,
+    }
+    slab {
+        general: Find<Slab<{ slab::GENERAL }>>,
+        common_origin: Find<Slab<{ slab::COMMON_ORIGIN }>>,
+        constant_signs: Find<Slab<{ slab::CONSTANT_SIGNS }>>,
+        common_origin_constant_signs: Find<Slab<{ slab::COMMON_ORIGIN_CONSTANT_SIGNS }>>,
+    }
+    children {
+        general: Children<{ children::GENERAL }>,
+        sorted: Children<{ children::SORTED }>,
+        sorted_fused: Children<{ children::SORTED_FUSED }>,
+    }
+    beam { general: Beams }
+    iso_cell { general: Find<IsoCell> }
+    inverse { general: Inverse }
+    normalize { general: Normalize }
+    shears { general: Shears }
+    bounds { general: Bounds<false>, common_origin: Bounds<true> }
+}

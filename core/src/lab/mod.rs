@@ -1,0 +1,35 @@
+//! The kernel lab: write a kernel once, get every width, level, proof and measurement from one line of registration.
+//!
+//! A kernel is a type that implements [`RayTest`] (which primitive does each ray hit?) or [`Kernel`] (anything else);
+//! its special cases are the same type with other const parameters. [`kernels!`](crate::kernels) registers them.
+#![doc = include_str!("TUNING.md")]
+//!
+//! # Map
+//!
+//! | module | idea |
+//! |---|---|
+//! | [`kernel`] | what a kernel tells the lab |
+//! | [`find`] | kernels that ask which primitive each ray hits |
+//! | [`dice`] | where inputs come from: a seed or bytes |
+//! | [`draft`] | a case: rays, primitives, the active range |
+//! | [`outcome`] | what came out |
+//! | [`entry`] | the registry: checks and measurements of a kernel by name |
+//! | [`register`] | the macro, and the probes for reading assembly |
+//! | [`kernels`](mod@kernels) | the kernels of this crate |
+
+pub mod dice;
+pub mod draft;
+pub mod entry;
+pub mod find;
+pub mod kernel;
+pub mod kernels;
+pub mod outcome;
+pub mod register;
+
+pub use dice::{Dice, Style};
+pub use draft::{Draft, DraftRay};
+pub use entry::{Counterexample, Entry, Plan, Row, WIDTHS, filtered};
+pub use find::{ANY, CLOSEST, FULL, Find, MASKED, RayTest};
+pub use kernel::{Agrees, Kernel, Work};
+pub use kernels::KERNELS;
+pub use outcome::Outcome;

@@ -1,0 +1,81 @@
+//! One picture, every path: the same bytes at every packet width, thread count, load balancer, acceleration structure,
+//! and level of one numeric family.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use mobula::accel::AccelerationKind;
+use mobula::app::{PacketWidth, Settings, pipeline_with_geometry};
+use mobula::balance::BalancerKind;
+use mobula::image::Size;
+use mobula::scene::{Geometry, SceneDescription};
+use mobula_simd::AnyToken;
+
+const THREADS: [usize; 4] = [1, 2, 3, 7];
+const BALANCERS: [&str; 4] = ["work-queue", "work-queue:3", "cyclic", "static"];
+
+struct Case {
+    description: SceneDescription,
+    geometry: Arc<Geometry>,
+    size: Size,
+}
+
+impl Case {
+    fn new(description: SceneDescription, size: (usize, usize)) -> Self {
+        let geometry = Arc::new(Geometry::new(&description.objects).unwrap());
+        Self { description, geometry, size: Size::new(size.0, size.1).unwrap() }
+    }
+
+    fn picture(&self, settings: Settings) -> Vec<u8> {
+        let settings = Settings { size: self.size, ..settings };
+        let mut pipeline = pipeline_with_geometry(&self.description, self.geometry.clone(), &settings).unwrap();
+        pipeline.run(1).unwrap();
+        let (_, picture) = pipeline.picture(0).unwrap();
+        picture.to_rgba8()
+    }
+
+    /// One picture along all paths; the two families may differ.
+    fn check(&self, brute: bool) {
+        for fused in [false, true] {
+            let levels: Vec<_> = AnyToken::available().filter(|token| token.fused() == fused).collect();
+            let Some(&first) = levels.first() else {
+                println!("skipped: this machine has no fused level");
+                continue;
+            };
+            let base = Settings { token: first, threads: 1, ..Settings::default() };
+            let reference = self.picture(base.clone());
+            assert!(reference.chunks(4).any(|pixel| pixel != &reference[..4]), "the picture is empty");
+            let same = |what: String, settings: Settings| {
+                assert!(self.picture(settings) == reference, "{what} gives another picture than {first:?}");
+            };
+            for (&token, packet) in levels.iter().flat_map(|t| PacketWidth::ALL.map(|p| (t, p))) {
+                same(format!("{token:?}, packets of {packet}"), Settings { token, packet, ..base.clone() });
+            }
+            let token = *levels.last().unwrap();
+            for (threads, name) in THREADS.into_iter().flat_map(|t| BALANCERS.map(|b| (t, b))) {
+                let balancer: BalancerKind = name.parse().unwrap();
+                same(format!("{threads} threads, {name}"), Settings { token, threads, balancer, ..base.clone() });
+            }
+            if brute {
+                let acceleration: AccelerationKind = "brute".parse().unwrap();
+                same("no acceleration structure".into(), Settings { token, acceleration, ..base.clone() });
+            }
+        }
+    }
+}
+
+#[test]
+fn one_picture_of_the_built_in_scene() {
+    Case::new(mobula::builtin::scene(), (77, 43)).check(true);
+}
+
+#[test]
+fn one_picture_of_a_terrain() {
+    Case::new(mobula::generate::generate("gen:terr20k").unwrap(), (64, 64)).check(false);
+}
+
+#[test]
+fn one_picture_of_a_house() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/fzk_house.obj.gz");
+    Case::new(mobula::load::load(&file).unwrap().scene, (80, 53)).check(false);
+}
