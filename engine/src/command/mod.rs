@@ -9,6 +9,7 @@ mod render;
 mod scale;
 mod scene;
 mod view;
+mod viewpoints;
 
 use std::fmt::Display;
 use std::io::Write;

@@ -159,31 +159,40 @@ fn arithmetic(threads: usize) -> f64 {
 
 fn crossing_of_two() -> f64 {
     let barrier = Barrier::new(2);
-    of_two(2000, || {
+    of_two(2000, |_| {
         let _ = barrier.cross(|_| ());
     })
 }
 
 fn handover_of_two() -> f64 {
     let counter = CachePadded::new(AtomicUsize::new(0));
-    // Each round is two additions, one of each thread.
-    of_two(20_000, || {
+    // In turns, so that the line really passes: each thread waits until the other has added.
+    of_two(1000, |me| {
+        let mut looks = 0_u32;
+        while counter.load(Ordering::Relaxed) % 2 != me {
+            looks += 1;
+            if looks.is_multiple_of(1 << 14) {
+                std::thread::yield_now();
+            } else {
+                std::hint::spin_loop();
+            }
+        }
         counter.fetch_add(1, Ordering::Relaxed);
     }) / 2.0
 }
 
 /// Seconds of one of many rounds that two threads go through together.
-fn of_two(rounds: u32, work: impl Fn() + Sync) -> f64 {
+fn of_two(rounds: u32, work: impl Fn(usize) + Sync) -> f64 {
     let begin = Barrier::new(2);
-    let run = || {
+    let run = |me: usize| {
         let _ = begin.cross(|_| ());
         let start = Instant::now();
-        (0..rounds).for_each(|_| work());
+        (0..rounds).for_each(|_| work(me));
         start.elapsed().as_secs_f64() / f64::from(rounds)
     };
     std::thread::scope(|scope| {
-        let other = scope.spawn(run);
-        let mine = run();
+        let other = scope.spawn(|| run(1));
+        let mine = run(0);
         mine.max(other.join().unwrap_or(0.0))
     })
 }
