@@ -1,5 +1,5 @@
 //! A primitive that the workspace does not know, with a special case, registered from outside: its differential check and
-//! its rows of the matrix. `cargo run --release -p mobula-core --example disk`
+//! its rows of the matrix. `cargo run --release -p mobula-core --features lab --example disk`
 
 use mobula_core::kernel::{dot, load3, splat3, sub};
 use mobula_core::lab::{Dice, Find, Plan, RayTest, WIDTHS};
@@ -20,6 +20,7 @@ pub struct Disk<const COMMON_ORIGIN: bool>;
 impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     type Primitive = Facing;
     type General = Disk<false>;
+    type Common = [f32; 3];
     type Prepared<T: Token> = ([T::F32; 3], T::F32);
     const PROMISES: Properties = if COMMON_ORIGIN { Properties::COMMON_ORIGIN } else { Properties::empty() };
 
@@ -35,12 +36,15 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(token: T, disk: &Facing, rays: &Rays<N>) -> ([T::F32; 3], T::F32) {
+    fn common<const N: usize>(rays: &Rays<N>) -> [f32; 3] {
+        rays.ray(rays.range().start % N).0.to_array()
+    }
+
+    #[inline(always)]
+    fn prepare<T: Token>(token: T, disk: &Facing, origin: [f32; 3]) -> ([T::F32; 3], T::F32) {
         let mut center = disk.center;
         if COMMON_ORIGIN {
-            for (x, origin) in center.iter_mut().zip(rays.origins()) {
-                *x -= origin[rays.range().start % N];
-            }
+            center = [center[0] - origin[0], center[1] - origin[1], center[2] - origin[2]];
         }
         (splat3(token, center), token.splat(disk.radius * disk.radius))
     }
@@ -49,6 +53,7 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     fn test<T: Token, const N: usize>(
         token: T,
         &(center, radius2): &([T::F32; 3], T::F32),
+        _origin: [f32; 3],
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {

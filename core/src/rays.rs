@@ -176,22 +176,26 @@ impl<const N: usize> Rays<N> {
         &mut self.time
     }
 
-    /// Scales every active direction to length 1 (correctly rounded operations: the same at every level) and says so.
+    /// Scales every active direction to length 1 (correctly rounded operations: the same at every level) and says so,
+    /// unless the square of a length underflows or overflows (lengths outside of about 1e-16 to 1e19, zero, NaN).
     #[inline(always)]
     pub fn normalize<T: Token>(&mut self, token: T) {
         self.properties -= Properties::OF_DIRECTION | Properties::OF_HITS;
+        let (least, greatest) = (token.splat(1e-32), token.splat(f32::INFINITY));
+        let mut sound = true;
         let mut at = 0;
         while at < N {
             let active = self.active(token, at);
             let d = load3(token, &self.direction, at);
-            let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-            let scale = token.splat(1.0) / length;
+            let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            sound &= !active.and_not(square.gt(least) & square.lt(greatest)).any();
+            let scale = token.splat(1.0) / square.sqrt();
             for (column, d) in self.direction.iter_mut().zip(d) {
                 (d * scale).store_masked(&mut column[..], at, active);
             }
             at += T::LANES;
         }
-        self.properties |= Properties::NORMALIZED_DIRECTIONS;
+        self.properties.set(Properties::NORMALIZED_DIRECTIONS, sound);
     }
 
     /// `1 / direction`, computed when first asked for, together with the sign properties. Sizes below 2^-40 of the ray's

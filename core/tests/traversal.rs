@@ -70,9 +70,11 @@ fn packet<const N: usize>(
     let range = cut(random)..N - cut(random);
     packet.reset(range.clone());
     let normalized = random.below(2) == 0;
+    // The square of a tiny direction's length would underflow, and the promise be false.
+    let unit = |d: Vec3| (d / d.abs().max_element()).normalize_or(Vec3::X);
     for i in range.clone() {
         let (origin, direction) = ray(i, random);
-        packet.set_ray(i, origin, if normalized { direction.normalize_or(Vec3::X) } else { direction });
+        packet.set_ray(i, origin, if normalized { unit(direction) } else { direction });
         if random.below(4) == 0 {
             packet.set_interval(i, random.pick(&[-1.0, 0.0, 0.5]), random.pick(&[0.7, 1.0, 3.0, f32::INFINITY]));
         }

@@ -27,9 +27,13 @@ impl Case {
     }
 
     fn picture(&self, settings: Settings) -> Vec<u8> {
+        self.picture_after(1, settings)
+    }
+
+    fn picture_after(&self, frames: u64, settings: Settings) -> Vec<u8> {
         let settings = Settings { size: self.size, ..settings };
         let mut pipeline = pipeline_with_geometry(&self.description, self.geometry.clone(), &settings).unwrap();
-        pipeline.run(1).unwrap();
+        pipeline.run(frames).unwrap();
         let (_, picture) = pipeline.picture(0).unwrap();
         picture.to_rgba8()
     }
@@ -78,4 +82,13 @@ fn one_picture_of_a_terrain() {
 fn one_picture_of_a_house() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/fzk_house.obj.gz");
     Case::new(mobula::load::load(&file).unwrap().scene, (80, 53)).check(false);
+}
+
+#[test]
+fn a_progressive_picture_ends_as_the_whole_one() {
+    let case = Case::new(mobula::builtin::scene(), (50, 37));
+    let progressive = Settings { traverser: "progressive".parse().unwrap(), threads: 2, ..Settings::default() };
+    let whole = case.picture(Settings::default());
+    assert!(case.picture(progressive.clone()) != whole, "the first picture is coarse");
+    assert!(case.picture_after(12, progressive) == whole, "the last one is not");
 }

@@ -47,20 +47,21 @@ pub fn packet_bounds<T: Token, const N: usize, const COMMON_ORIGIN: bool>(token:
     let mut bounds = PacketBounds {
         origin: [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]],
         inverse: [[0.0; 3]; 2],
-        t_min: least[6].reduce_min(),
-        t_max: greatest[6].reduce_max(),
+        // Of two zeros, min and max take the later, which depends on the lanes; adding zero makes both positive.
+        t_min: least[6].reduce_min() + 0.0,
+        t_max: greatest[6].reduce_max() + 0.0,
     };
     for axis in 0..3 {
-        bounds.inverse[0][axis] = least[axis].reduce_min();
-        bounds.inverse[1][axis] = greatest[axis].reduce_max();
+        bounds.inverse[0][axis] = least[axis].reduce_min() + 0.0;
+        bounds.inverse[1][axis] = greatest[axis].reduce_max() + 0.0;
         if !COMMON_ORIGIN {
-            bounds.origin[0][axis] = least[axis + 3].reduce_min();
-            bounds.origin[1][axis] = greatest[axis + 3].reduce_max();
+            bounds.origin[0][axis] = least[axis + 3].reduce_min() + 0.0;
+            bounds.origin[1][axis] = greatest[axis + 3].reduce_max() + 0.0;
         } else if !rays.range().is_empty() {
             // Through the same comparisons, so that a NaN is passed over here too.
             let x = rays.origins()[axis][rays.range().start % N];
-            bounds.origin[0][axis] = if x < f32::INFINITY { x } else { f32::INFINITY };
-            bounds.origin[1][axis] = if x > f32::NEG_INFINITY { x } else { f32::NEG_INFINITY };
+            bounds.origin[0][axis] = if x < f32::INFINITY { x + 0.0 } else { f32::INFINITY };
+            bounds.origin[1][axis] = if x > f32::NEG_INFINITY { x + 0.0 } else { f32::NEG_INFINITY };
         }
     }
     bounds

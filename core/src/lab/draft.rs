@@ -61,7 +61,7 @@ impl<P> Draft<P> {
         if dice.one_in(2) {
             dice.draw_style();
         }
-        let range = if dice.one_in(2) && !K::ALL_ACTIVE {
+        let range = if dice.one_in(2) {
             let begin = dice.below(width + 1);
             begin..begin + dice.below(width - begin + 1)
         } else {
@@ -104,16 +104,9 @@ impl<P> Draft<P> {
         draft
     }
 
-    /// Makes other rays active, where the kernel allows it.
-    pub(super) fn set_range<K: Kernel<Primitive = P>>(&mut self, range: Range<usize>) {
-        if !K::ALL_ACTIVE {
-            self.range = range;
-        }
-    }
-
     /// Bends the directions until the promises are true.
     fn keep_promises(&mut self) {
-        let Some(first) = self.rays.get(self.range.start).copied() else { return };
+        let Some(first) = self.rays.get(self.range.start).or(self.rays.first()).copied() else { return };
         for ray in &mut self.rays {
             let d = &mut ray.direction;
             if self.promises.contains(Properties::NORMALIZED_DIRECTIONS) {

@@ -90,6 +90,11 @@ impl Entry {
         Self { kernel, case, lab: &Of::<K>(PhantomData) }
     }
 
+    /// Is it the path that `other` is a special case of? A general path is its own.
+    pub fn is_general_of(&self, other: &Self) -> bool {
+        self.kernel == other.kernel && self.lab.id() == other.lab.general_id()
+    }
+
     /// Draws a case and holds the kernel against its one-lane twin (bit for bit), the general path, and the oracle;
     /// rays that are not active must be left alone.
     ///
@@ -142,6 +147,8 @@ fn place(width: usize) -> usize {
 }
 
 trait Lab: Sync {
+    fn id(&self) -> TypeId;
+    fn general_id(&self) -> TypeId;
     fn check(&self, token: AnyToken, place: usize, dice: &mut Dice<'_>) -> Result<(), String>;
     fn check_ranges(&self, token: AnyToken, place: usize, seed: u64) -> Result<(), String>;
     fn measure(&self, token: AnyToken, place: usize, plan: Plan) -> (f64, f64, bool);
@@ -250,6 +257,14 @@ fn judge<K: Kernel>(token: AnyToken, place: usize, draft: &Draft<K::Primitive>) 
 }
 
 impl<K: Kernel> Lab for Of<K> {
+    fn id(&self) -> TypeId {
+        TypeId::of::<K>()
+    }
+
+    fn general_id(&self) -> TypeId {
+        TypeId::of::<K::General>()
+    }
+
     fn check(&self, token: AnyToken, place: usize, dice: &mut Dice<'_>) -> Result<(), String> {
         let draft = Draft::draw::<K>(dice, WIDTHS[place]);
         judge::<K>(token, place, &draft).map_err(|what| describe(&what, &draft.range))
@@ -259,7 +274,7 @@ impl<K: Kernel> Lab for Of<K> {
         let mut draft = Draft::draw::<K>(&mut Dice::from_seed(seed), WIDTHS[place]);
         for begin in 0..=WIDTHS[place] {
             for end in begin..=WIDTHS[place] {
-                draft.set_range::<K>(begin..end);
+                draft.range = begin..end;
                 judge::<K>(token, place, &draft).map_err(|what| describe(&what, &draft.range))?;
             }
         }

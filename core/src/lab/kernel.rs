@@ -30,8 +30,6 @@ pub trait Kernel: 'static {
     type General: Kernel<Primitive = Self::Primitive>;
     /// What it needs to know of the rays. Inputs are made so that it is true.
     const PROMISES: Properties = Properties::empty();
-    /// Does it need all rays to be active?
-    const ALL_ACTIVE: bool = false;
     /// How it agrees with the general path.
     const AGREES: Agrees = Agrees::Exactly;
     /// Primitives in the case that is timed.

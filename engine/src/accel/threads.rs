@@ -51,7 +51,7 @@ mod tests {
             let threads = Threads { spare: AtomicUsize::new(spare) };
             let sum = |low: u64| move || (low..low + 10).sum::<u64>();
             let ((a, b), c) = threads.join(|| threads.join(sum(0), sum(10)), sum(20));
-            assert_eq!(a + b + c, (0..30).sum());
+            assert_eq!(a + b + c, (0..30).sum::<u64>());
             assert_eq!(threads.spare.load(Ordering::Relaxed), spare);
         }
     }

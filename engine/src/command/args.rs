@@ -42,6 +42,9 @@ pub(crate) enum Command {
     Scale(super::scale::ScaleOptions),
     /// Tell what is in a file
     Info(InfoOptions),
+    /// Measure and check every kernel, special case, level and packet width
+    #[cfg(feature = "kernels")]
+    Kernels(mobula::kernels::Options),
 }
 
 #[derive(Args, Clone, Debug)]

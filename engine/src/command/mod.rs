@@ -33,6 +33,8 @@ pub(crate) fn run() -> ExitCode {
         Some(Command::Scale(options)) => scale::scale(options),
         Some(Command::View(options)) => view::view(options),
         Some(Command::Info(options)) => info::info(options),
+        #[cfg(feature = "kernels")]
+        Some(Command::Kernels(options)) => kernels(options),
         None => view::view_or_render(&cli.options),
     };
     match result {
@@ -42,6 +44,14 @@ pub(crate) fn run() -> ExitCode {
             failure.code()
         }
     }
+}
+
+#[cfg(feature = "kernels")]
+fn kernels(options: &mobula::kernels::Options) -> Result<(), Failure> {
+    let all_right = mobula::kernels::run(options, &mut std::io::stdout().lock())
+        .or_else(|error| if error.kind() == std::io::ErrorKind::BrokenPipe { Ok(true) } else { Err(error) })
+        .map_err(|error| Failure::Output(error.to_string()))?;
+    if all_right { Ok(()) } else { Err(Failure::Output("a kernel is wrong: see the last column".to_owned())) }
 }
 
 /// Prints to standard output. Nobody may be reading any more; that is no error.

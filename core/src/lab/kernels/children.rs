@@ -8,7 +8,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 use super::slab::box_truth;
 use crate::Properties;
 use crate::kernel::aabb::{aabb, beam, slabs, slabs_scaled};
-use crate::kernel::bounds::packet_bounds;
+use crate::kernel::bounds::{PacketBounds, packet_bounds};
 use crate::kernel::{splat3, sub};
 use crate::lab::{Agrees, Dice, Draft, Kernel, Outcome, RayTest, Work};
 use crate::oracle;
@@ -26,11 +26,13 @@ pub const SORTED: u8 = 1;
 pub const SORTED_FUSED: u8 = 2;
 
 /// One ray against eight boxes, for each ray of the packet. The mask of each node is rotated into the ray's `found`; entry
-/// distances go to `extra`.
+/// distances go to `extra`, which keeps those of the last eight rays.
 #[derive(Debug)]
 pub struct Children<const CASE: u8>;
 
-const NODES: usize = 4;
+const NODES: usize = 16;
+/// Rays whose entry distances are kept: few, so that they stay in the first cache as a stack does.
+const KEPT: usize = 8;
 
 fn draw(dice: &mut Dice<'_>) -> Planes {
     let mut planes = [[0.0; 8]; 6];
@@ -66,8 +68,8 @@ impl<const CASE: u8> Kernel for Children<CASE> {
         aim(dice, planes)
     }
 
-    fn extra(rays: usize, primitives: usize) -> usize {
-        rays * primitives * 8
+    fn extra(_rays: usize, primitives: usize) -> usize {
+        KEPT * primitives * 8
     }
 
     fn tests(rays: usize, primitives: usize) -> usize {
@@ -99,7 +101,7 @@ impl<const CASE: u8> Kernel for Children<CASE> {
             let (inverse, origin, scaled) = (splat3(token, inverse), splat3(token, origin), splat3(token, scaled));
             let (t_min, t_max) = (token.splat(rays.t_min()[i]), token.splat(rays.t_max[i]));
             let mut word = found[i];
-            for (planes, nears) in primitives.iter().zip(extra[i * primitives.len() * 8..].chunks_exact_mut(8)) {
+            for (planes, nears) in primitives.iter().zip(extra[i % KEPT * primitives.len() * 8..].chunks_exact_mut(8)) {
                 let mut met = 0;
                 let mut at = 0;
                 while at < 8 {
@@ -138,8 +140,9 @@ impl<const CASE: u8> Kernel for Children<CASE> {
                         ));
                     }
                     let node = draft.primitives.len() - 1 - at;
-                    let near = f64::from(outcome.extra((i * draft.primitives.len() + node) * 8 + slot));
+                    let near = f64::from(outcome.extra((i % KEPT * draft.primitives.len() + node) * 8 + slot));
                     if let Some(t) = truth.t
+                        && i + KEPT >= draft.range.end
                         && (near - t).abs() > GUARD * (reach + t.abs())
                     {
                         return Err(format!("ray {i} enters {low:?} {high:?} at {near:e}, truly {t:e}"));
@@ -164,6 +167,9 @@ fn pick<T: Token>(token: T, planes: &Planes, rows: [usize; 3], at: usize) -> [T:
     [token.load(rows[0], at), token.load(rows[1], at), token.load(rows[2], at)]
 }
 
+/// Floats of `extra` that hold the packet's bounds.
+const BOUNDS: usize = 14;
+
 /// The beam around all rays of a packet against eight boxes, as packet traversal does: a box that any ray meets is
 /// met. It needs constant signs; a packet without them is not tested.
 #[derive(Debug)]
@@ -184,7 +190,7 @@ impl Kernel for Beams {
     }
 
     fn extra(_rays: usize, primitives: usize) -> usize {
-        primitives * 16
+        BOUNDS + primitives * 16
     }
 
     fn tests(_rays: usize, primitives: usize) -> usize {
@@ -194,11 +200,19 @@ impl Kernel for Beams {
     #[inline(always)]
     fn derive<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
         work.rays.inverse_directions(token);
+        let bounds = packet_bounds::<T, N, false>(token, &work.rays);
+        for (out, v) in work.extra.chunks_exact_mut(3).zip([bounds.origin, bounds.inverse].into_iter().flatten()) {
+            out.copy_from_slice(&v);
+        }
+        (work.extra[12], work.extra[13]) = (bounds.t_min, bounds.t_max);
     }
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        let bounds = packet_bounds::<T, N, false>(token, &work.rays);
+        let (bounds, answers) = work.extra.split_at_mut(BOUNDS);
+        let of = |at: usize| [bounds[at], bounds[at + 1], bounds[at + 2]];
+        let bounds =
+            PacketBounds { origin: [of(0), of(3)], inverse: [of(6), of(9)], t_min: bounds[12], t_max: bounds[13] };
         let token = token.narrow();
         let (mut near_origin, mut far_origin) = (bounds.origin[1], bounds.origin[0]);
         let mut rows = [[0, 1, 2], [3, 4, 5]];
@@ -211,7 +225,7 @@ impl Kernel for Beams {
         let (near_origin, far_origin) = (splat3(token, near_origin), splat3(token, far_origin));
         let inverse = [splat3(token, bounds.inverse[0]), splat3(token, bounds.inverse[1])];
         let (t_min, t_max) = (token.splat(bounds.t_min), token.splat(bounds.t_max));
-        for (planes, out) in work.primitives.iter().zip(work.extra.chunks_exact_mut(16)) {
+        for (planes, out) in work.primitives.iter().zip(answers.chunks_exact_mut(16)) {
             let (nears, met) = out.split_at_mut(8);
             let mut at = 0;
             while at < 8 {
@@ -229,13 +243,13 @@ impl Kernel for Beams {
         for (node, planes) in draft.primitives.iter().enumerate() {
             for slot in 0..8 {
                 let [low, high] = corners(planes, slot);
-                let met = outcome.extra(node * 16 + 8 + slot) == 1.0;
+                let met = outcome.extra(BOUNDS + node * 16 + 8 + slot) == 1.0;
                 for i in draft.range.clone() {
                     // Packets of which one ray is out of reach have no bounds to speak of.
                     let all = draft.range.clone().all(|k| box_truth(low, high, &exact(draft, k)).is_some());
                     let Some((truth, reach)) = box_truth(low, high, &exact(draft, i)).filter(|_| all) else { continue };
                     let Some(t) = truth.t.filter(|_| truth.margin > GUARD) else { continue };
-                    let near = f64::from(outcome.extra(node * 16 + slot));
+                    let near = f64::from(outcome.extra(BOUNDS + node * 16 + slot));
                     if !met || near > t + GUARD * (reach + t.abs()) {
                         return Err(format!("ray {i} enters {low:?} {high:?} at {t:e}, its beam {met} at {near:e}"));
                     }

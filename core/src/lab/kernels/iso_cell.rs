@@ -38,6 +38,7 @@ pub struct Prepared<F> {
 impl RayTest for IsoCell {
     type Primitive = Cell;
     type General = Self;
+    type Common = ();
     type Prepared<T: Token> = Prepared<T::F32>;
 
     fn draw(dice: &mut Dice<'_>) -> Cell {
@@ -62,7 +63,10 @@ impl RayTest for IsoCell {
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(token: T, cell: &Cell, _rays: &Rays<N>) -> Prepared<T::F32> {
+    fn common<const N: usize>(_rays: &Rays<N>) {}
+
+    #[inline(always)]
+    fn prepare<T: Token>(token: T, cell: &Cell, (): ()) -> Prepared<T::F32> {
         let mut field = [token.splat(0.0); 8];
         for (out, k) in field.iter_mut().zip(coefficients(&cell.values, 0.0)) {
             *out = token.splat(k);
@@ -79,6 +83,7 @@ impl RayTest for IsoCell {
     fn test<T: Token, const N: usize>(
         token: T,
         cell: &Prepared<T::F32>,
+        (): (),
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
@@ -98,6 +103,9 @@ impl RayTest for IsoCell {
         let usual = ray.direction.iter().all(|&d| in_reach(d as f32)) && ray_in_reach(ray) && cell.size > 1e-3;
         if !usual || !cell.low.iter().chain(&cell.values).all(|&x| in_reach(x)) || !in_reach(cell.size) {
             return None;
+        }
+        if ray.t_min.is_nan() || ray.t_max.is_nan() {
+            return Some((Truth { t: None, margin: f64::INFINITY }, 0.0));
         }
         Exact::new(cell, ray).truth(Self::GUARD)
     }
@@ -127,6 +135,10 @@ impl Exact {
             let (o, low, d) = (ray.origin[axis], f64::from(cell.low[axis]), ray.direction[axis]);
             reach = reach.max((o.abs() + low.abs()) / size + 1.0);
             if d == 0.0 {
+                // Along a face, or nearly: in and out are both right.
+                if (o - low).abs().min((o - low - size).abs()) < 1e-6 * (o.abs() + low.abs() + size) {
+                    slowest = 0.0;
+                }
                 if o < low || o > low + size {
                     far = f64::NEG_INFINITY;
                 }
@@ -194,6 +206,9 @@ impl Exact {
     fn truth(&self, guard: f64) -> Option<(Truth, f64)> {
         let clear = |t| Truth { t, margin: f64::INFINITY };
         let (from, to) = (self.near - self.t_error, self.far + self.t_error);
+        if self.t_error.is_infinite() || from.is_nan() || to.is_nan() {
+            return None;
+        }
         if from > to {
             return Some((clear(None), 0.0));
         }
@@ -206,7 +221,7 @@ impl Exact {
         // Clearly on one side and then clearly on the other, well inside: hit for sure, not before the value first comes
         // near zero, and not after it is clearly on the other side.
         let (inner, outer) = (self.near + self.t_error, self.far - self.t_error);
-        if inner >= outer {
+        if inner.is_nan() || inner >= outer {
             return None;
         }
         let start = self.pieces(inner, outer).into_iter().find(|t| self.at(*t).abs() > self.error)?;

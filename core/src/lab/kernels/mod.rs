@@ -8,7 +8,7 @@ pub mod slab;
 pub mod sphere;
 pub mod triangle;
 
-use super::find::{ANY, CLOSEST, FULL, Find};
+use super::find::{ANY, Find};
 use children::{Beams, Children};
 use iso_cell::IsoCell;
 use packet_operations::{Bounds, Inverse, Normalize, Shears};
@@ -23,8 +23,6 @@ crate::kernels! {
         general: Find<Triangle<{ triangle::GENERAL }>>,
         constant_axis: Find<Triangle<{ triangle::CONSTANT_AXIS }>>,
         common_origin: Find<Triangle<{ triangle::COMMON_ORIGIN }>>,
-        common_origin_full: Find<Triangle<{ triangle::COMMON_ORIGIN }>, CLOSEST, FULL>,
-        any: Find<Triangle<{ triangle::GENERAL }>, ANY>,
         common_origin_any: Find<Triangle<{ triangle::COMMON_ORIGIN }>, ANY>,
     }
     sphere {
@@ -32,8 +30,6 @@ crate::kernels! {
         common_origin: Find<Sphere<true, false>>,
         unit: Find<Sphere<false, true>>,
         common_origin_unit: Find<Sphere<true, true>>,
-        common_origin_unit_full: Find<Sphere<true, true>, CLOSEST, FULL>,
-        any: Find<Sphere<false, false>, ANY>,
         common_origin_unit_any: Find<Sphere<true, true>, ANY>,
     }
     slab {

@@ -54,10 +54,16 @@ impl Kernel for Inverse {
     fn verify(draft: &Draft<()>, outcome: &Outcome) -> Result<(), String> {
         let mut signs = [[false; 2]; 3];
         for i in draft.range.clone() {
+            let greatest = draft.rays[i]
+                .direction
+                .into_iter()
+                .fold(0.0, |g, d| if d.abs() > g || d.is_nan() { d.abs() } else { g });
             for (axis, (d, inverse)) in draft.rays[i].direction.into_iter().zip(outcome.inverse(i)).enumerate() {
                 signs[axis][usize::from(d.is_sign_negative())] = true;
                 let finite = inverse.is_finite() && (d.is_nan() || inverse.is_sign_negative() == d.is_sign_negative());
-                if !d.is_nan() && (!finite || in_reach(d) && d != 0.0 && !near(inverse, 1.0 / f64::from(d))) {
+                if !d.is_nan()
+                    && (!finite || in_reach(d) && d.abs() > greatest * 1e-11 && !near(inverse, 1.0 / f64::from(d)))
+                {
                     return Err(format!("ray {i}: 1 / {d:e} is {inverse:e}"));
                 }
             }

@@ -27,6 +27,8 @@ impl<const CASE: u8> RayTest for Slab<CASE> {
     type Primitive = [[f32; 3]; 2];
     type General = Slab<GENERAL>;
     /// The planes met first and last where that is known, the low and high ones otherwise.
+    /// The common origin, and whether directions are negative by axis.
+    type Common = ([f32; 3], [bool; 3]);
     type Prepared<T: Token> = [[T::F32; 3]; 2];
     const PROMISES: Properties = match CASE {
         COMMON_ORIGIN => Properties::COMMON_ORIGIN,
@@ -58,16 +60,27 @@ impl<const CASE: u8> RayTest for Slab<CASE> {
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(token: T, corners: &[[f32; 3]; 2], rays: &Rays<N>) -> [[T::F32; 3]; 2] {
+    fn common<const N: usize>(rays: &Rays<N>) -> ([f32; 3], [bool; 3]) {
         let first = rays.range().start % N;
+        let [x, y, z] = rays.inverse_columns();
+        let negative = [x[first] < 0.0, y[first] < 0.0, z[first] < 0.0];
+        (rays.ray(first).0.to_array(), negative)
+    }
+
+    #[inline(always)]
+    fn prepare<T: Token>(
+        token: T,
+        corners: &[[f32; 3]; 2],
+        (origin, negative): ([f32; 3], [bool; 3]),
+    ) -> [[T::F32; 3]; 2] {
         let mut planes = *corners;
         for axis in 0..3 {
-            if CASE & CONSTANT_SIGNS != 0 && rays.inverse_columns()[axis][first].is_sign_negative() {
+            if CASE & CONSTANT_SIGNS != 0 && negative[axis] {
                 (planes[0][axis], planes[1][axis]) = (corners[1][axis], corners[0][axis]);
             }
             if CASE & COMMON_ORIGIN != 0 {
-                planes[0][axis] -= rays.origins()[axis][first];
-                planes[1][axis] -= rays.origins()[axis][first];
+                planes[0][axis] -= origin[axis];
+                planes[1][axis] -= origin[axis];
             }
         }
         [splat3(token, planes[0]), splat3(token, planes[1])]
@@ -77,6 +90,7 @@ impl<const CASE: u8> RayTest for Slab<CASE> {
     fn test<T: Token, const N: usize>(
         token: T,
         &[near, far]: &[[T::F32; 3]; 2],
+        _common: ([f32; 3], [bool; 3]),
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
@@ -103,7 +117,9 @@ impl<const CASE: u8> RayTest for Slab<CASE> {
 
 /// What the oracle says of a box, where it can tell.
 pub(super) fn box_truth(low: [f32; 3], high: [f32; 3], ray: &oracle::Ray) -> Option<(Truth, f64)> {
-    let usual = ray.direction.iter().all(|&d| in_reach(d as f32));
+    // A NaN makes the answer arbitrary; most are out of reach anyway.
+    let interval = !ray.t_min.is_nan() && !ray.t_max.is_nan();
+    let usual = interval && ray.direction.iter().all(|&d| in_reach(d as f32));
     if !usual || !ray_in_reach(ray) || !low.iter().chain(&high).all(|&x| in_reach(x)) {
         return None;
     }

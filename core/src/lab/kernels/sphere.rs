@@ -18,6 +18,8 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     /// Centre and radius.
     type Primitive = [f32; 4];
     type General = Sphere<false, false>;
+    /// The common origin.
+    type Common = [f32; 3];
     type Prepared<T: Token> = ([T::F32; 3], T::F32);
     const PROMISES: Properties = match (COMMON_ORIGIN, UNIT) {
         (true, true) => Properties::COMMON_ORIGIN.union(Properties::NORMALIZED_DIRECTIONS),
@@ -46,15 +48,16 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(
-        token: T,
-        &[x, y, z, radius]: &[f32; 4],
-        rays: &Rays<N>,
-    ) -> ([T::F32; 3], T::F32) {
+    fn common<const N: usize>(rays: &Rays<N>) -> [f32; 3] {
+        rays.ray(rays.range().start % N).0.to_array()
+    }
+
+    #[inline(always)]
+    fn prepare<T: Token>(token: T, &[x, y, z, radius]: &[f32; 4], origin: [f32; 3]) -> ([T::F32; 3], T::F32) {
         let mut center = [x, y, z];
         if COMMON_ORIGIN {
-            for (x, origin) in center.iter_mut().zip(rays.origins()) {
-                *x = origin[rays.range().start % N] - *x;
+            for (x, origin) in center.iter_mut().zip(origin) {
+                *x = origin - *x;
             }
         }
         (splat3(token, center), token.splat(radius * radius))
@@ -64,6 +67,7 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     fn test<T: Token, const N: usize>(
         token: T,
         &(center, radius2): &([T::F32; 3], T::F32),
+        _origin: [f32; 3],
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {

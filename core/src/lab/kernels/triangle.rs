@@ -24,14 +24,11 @@ pub struct Triangle<const CASE: u8>;
 /// The axes in order when the last is dominant.
 const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
-#[inline(always)]
-fn axes<const N: usize>(rays: &Rays<N>) -> [usize; 3] {
-    AXES[rays.axes()[rays.range().start % N] as usize % 3]
-}
-
 impl<const CASE: u8> RayTest for Triangle<CASE> {
     type Primitive = [[f32; 3]; 3];
     type General = Triangle<GENERAL>;
+    /// The axes, the dominant one last, and the origin, both where they are common.
+    type Common = ([usize; 3], [f32; 3]);
     type Prepared<T: Token> = [[T::F32; 3]; 3];
     const PROMISES: Properties = match CASE {
         COMMON_ORIGIN => Properties::COMMON_ORIGIN.union(Properties::CONSTANT_AXIS),
@@ -63,15 +60,30 @@ impl<const CASE: u8> RayTest for Triangle<CASE> {
     }
 
     #[inline(always)]
-    fn prepare<T: Token, const N: usize>(token: T, corners: &[[f32; 3]; 3], rays: &Rays<N>) -> [[T::F32; 3]; 3] {
+    fn common<const N: usize>(rays: &Rays<N>) -> ([usize; 3], [f32; 3]) {
+        let first = rays.range().start % N;
+        let axes = if CASE == GENERAL { [0, 1, 2] } else { AXES[rays.axes()[first] as usize % 3] };
+        let mut origin = [0.0; 3];
+        for (x, axis) in origin.iter_mut().zip(axes) {
+            *x = rays.origins()[axis][first];
+        }
+        (axes, origin)
+    }
+
+    #[inline(always)]
+    fn prepare<T: Token>(
+        token: T,
+        corners: &[[f32; 3]; 3],
+        (axes, origin): ([usize; 3], [f32; 3]),
+    ) -> [[T::F32; 3]; 3] {
         let mut out = [splat3(token, [0.0; 3]); 3];
-        let axes = if CASE == GENERAL { [0, 1, 2] } else { axes(rays) };
         for (out, corner) in out.iter_mut().zip(corners) {
             let mut moved = [0.0; 3];
-            for (x, axis) in moved.iter_mut().zip(axes) {
-                *x = corner[axis];
+            for k in 0..3 {
+                // Not only a lookup: the compiler sees here that it is within the array.
+                moved[k] = corner[axes[k] % 3];
                 if CASE == COMMON_ORIGIN {
-                    *x -= rays.origins()[axis][rays.range().start % N];
+                    moved[k] -= origin[k];
                 }
             }
             *out = splat3(token, moved);
@@ -83,6 +95,7 @@ impl<const CASE: u8> RayTest for Triangle<CASE> {
     fn test<T: Token, const N: usize>(
         token: T,
         corners: &[[T::F32; 3]; 3],
+        (axes, _): ([usize; 3], [f32; 3]),
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
@@ -108,8 +121,8 @@ impl<const CASE: u8> RayTest for Triangle<CASE> {
             return triangle(token, all, *corners, &ray);
         }
         let mut origin = [token.splat(0.0); 3];
-        for (x, axis) in origin.iter_mut().zip(axes(rays)) {
-            *x = token.load(&rays.origins()[axis][..], at);
+        for (x, axis) in origin.iter_mut().zip(axes) {
+            *x = token.load(&rays.origins()[axis % 3][..], at);
         }
         let [a, b, c] = *corners;
         triangle(token, all, [sub(a, origin), sub(b, origin), sub(c, origin)], &ray)

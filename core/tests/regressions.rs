@@ -1,0 +1,109 @@
+//! What differential tests and fuzzers once found, and what is easy to get wrong, by name. At every level of this machine.
+
+use mobula_core::kernel::bounds::{PacketBounds, packet_bounds};
+use mobula_core::kernel::iso_cell::{coefficients, iso_cell};
+use mobula_core::kernel::splat3;
+use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
+use mobula_core::{Properties, Rays};
+
+/// One ray against a unit cell, in every lane.
+struct Cell<'a> {
+    values: &'a [f32; 8],
+    origin: [f32; 3],
+    direction: [f32; 3],
+    interval: [f32; 2],
+}
+
+impl Task for Cell<'_> {
+    type Output = Option<f32>;
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) -> Option<f32> {
+        let mut field = [token.splat(0.0); 8];
+        for (out, k) in field.iter_mut().zip(coefficients(self.values, 0.0)) {
+            *out = token.splat(k);
+        }
+        let [x, y, z] = self.direction;
+        let inverse = splat3(token, [1.0 / x, 1.0 / y, 1.0 / z]);
+        let (origin, direction) = (splat3(token, self.origin), splat3(token, self.direction));
+        let [t_min, t_max] = [token.splat(self.interval[0]), token.splat(self.interval[1])];
+        let (hit, t) = iso_cell(token, token.mask(u32::MAX), &field, origin, direction, inverse, t_min, t_max);
+        assert!(hit.all() || !hit.any(), "the same ray in every lane");
+        hit.any().then(|| t.reduce_min())
+    }
+}
+
+/// What every level and twin says, which must be one thing in each family.
+fn hit(cell: impl Fn() -> Cell<'static>) -> Option<f32> {
+    let mut all = AnyToken::available().flat_map(|token| [token.twin(), token]).map(|token| token.run(cell()));
+    let first = all.next().unwrap();
+    for other in all {
+        assert_eq!(other.is_some(), first.is_some());
+        assert!((other.unwrap_or(0.0) - first.unwrap_or(0.0)).abs() < 1e-6);
+    }
+    first
+}
+
+/// (x - 1/2)(y - 1/2) - 0.01: along x = y it is positive, negative between 0.4 and 0.6, and positive again.
+const VALLEY: [f32; 8] = [0.24, -0.26, -0.26, 0.24, 0.24, -0.26, -0.26, 0.24];
+
+fn diagonal(from: f32, interval: [f32; 2]) -> Cell<'static> {
+    Cell { values: &VALLEY, origin: [from, from, 0.5], direction: [1.0, 1.0, 1e-6], interval }
+}
+
+#[test]
+fn a_cell_whose_ray_crosses_twice_between_equal_signs_is_hit_where_it_crosses_first() {
+    let t = hit(|| diagonal(-1.0, [0.0, f32::INFINITY])).unwrap();
+    assert!((t - 1.4).abs() < 1e-5, "{t}");
+}
+
+#[test]
+fn a_cell_is_hit_at_the_second_crossing_by_a_ray_that_starts_between_both() {
+    let t = hit(|| diagonal(0.5, [0.0, f32::INFINITY])).unwrap();
+    assert!((t - 0.1).abs() < 1e-5, "{t}");
+}
+
+#[test]
+fn a_cell_is_missed_by_an_interval_that_ends_before_the_first_crossing_or_starts_after_the_last() {
+    assert_eq!(hit(|| diagonal(0.0, [0.0, 0.39])), None);
+    assert_eq!(hit(|| diagonal(0.0, [0.61, 2.0])), None);
+    assert!(hit(|| diagonal(0.0, [0.0, 0.41])).is_some());
+    assert_eq!(hit(|| diagonal(0.0, [0.0, f32::NAN])), None);
+}
+
+#[test]
+fn a_cell_that_never_comes_near_zero_is_missed_and_so_is_one_that_is_zero() {
+    let cell = |values| Cell { values, origin: [-1.0, 0.3, 0.4], direction: [1.0, 0.01, 0.02], interval: [0.0, 9.0] };
+    assert_eq!(hit(|| cell(&[1.0; 8])), None);
+    assert_eq!(hit(|| cell(&[0.0; 8])), None);
+    assert_eq!(hit(|| cell(&[f32::NAN; 8])), None);
+}
+
+struct Bounds<'a>(&'a mut Rays<16>);
+
+impl Task for Bounds<'_> {
+    type Output = PacketBounds;
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) -> PacketBounds {
+        self.0.inverse_directions(token);
+        packet_bounds::<T, 16, false>(token, self.0)
+    }
+}
+
+/// `min(0, -0)` is the second of them, so the sign of the result depended on how many lanes there are.
+#[test]
+fn bounds_of_zeros_of_both_signs_are_the_same_bits_at_every_level() {
+    let mut rays = Rays::<16>::default();
+    rays.reset(0..16, Properties::empty());
+    for i in 0..16 {
+        let zero = if i % 3 == 0 { -0.0 } else { 0.0 };
+        rays.set_ray(i, [zero, 0.0, 1.0].into(), [1.0, zero, -zero].into());
+        rays.set_interval(i, zero, -zero);
+    }
+    for token in AnyToken::available() {
+        let bounds = token.run(Bounds(&mut rays.clone()));
+        let zeros = [bounds.origin[0][0], bounds.origin[1][0], bounds.t_min, bounds.t_max];
+        assert_eq!(zeros.map(f32::to_bits), [0; 4], "{token:?}");
+    }
+}
