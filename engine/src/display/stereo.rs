@@ -118,7 +118,10 @@ mod tests {
     use super::*;
     use crate::image::rgba8;
 
-    struct Keep(Arc<Mutex<Vec<(u64, Vec<u32>)>>>);
+    /// Frames and their pixels.
+    type Kept = Vec<(u64, Vec<u32>)>;
+
+    struct Keep(Arc<Mutex<Kept>>);
 
     impl Display for Keep {
         fn name(&self) -> &str {
@@ -148,7 +151,7 @@ mod tests {
 
     #[test]
     fn frames_are_joined_with_their_own_other_eye() {
-        let kept = Arc::<Mutex<Vec<_>>>::default();
+        let kept = Arc::<Mutex<Kept>>::default();
         let [mut left, mut right] = Stereo::Anaglyph.displays(Keep(Arc::clone(&kept)));
         let mut show = |eye: usize, frame: u64| {
             let buffer = plain(rgba8(frame as u8, frame as u8, 0, 255));
