@@ -11,6 +11,7 @@ use glam::Vec3;
 use mobula::accel::AccelerationKind;
 use mobula::app::{self, Components, Settings, Stack};
 use mobula::balance::BalancerKind;
+use mobula::camera::View;
 use mobula::image::{FrameBuffer, Size};
 use mobula::pipeline::{Config, Display, DisplayStage, Fault, Frame, Picture, Pipeline, Shown};
 use mobula::scene::Scene;
@@ -119,7 +120,11 @@ fn strike(component: &str, bomb: Bomb, threads: usize) -> Fault {
         "camera" => parts.cameras[0] = Arc::new(Frail(bomb, Arc::clone(&parts.cameras[0]))),
         "pixel sampler" => parts.sampler = Arc::new(Frail(bomb, Arc::clone(&parts.sampler))),
         "renderer" => parts.renderer = Arc::new(Frail(bomb, Arc::clone(&parts.renderer))),
-        "background" => parts.scene.background = Arc::new(Frail(bomb, Arc::clone(&parts.scene.background))),
+        "background" => {
+            parts.scene.background = Arc::new(Frail(bomb, Arc::clone(&parts.scene.background)));
+            let view = parts.scene.view(1.5);
+            parts.set_view(0, View { at: view.eye * 2.0 - view.at, ..view }); // away from all else
+        }
         "light" => parts.scene.lights[0] = Arc::new(Frail(bomb, Arc::clone(&parts.scene.lights[0]))),
         "frail display" => display = bomb,
         _ => {

@@ -23,7 +23,7 @@ pub struct WorkQueue {
 }
 
 impl WorkQueue {
-    /// The granularity of the default: on two threads as fast as a coarser one, on many more even by far
+    /// The granularity of the default: more even on many processors than a coarser one
     /// (`benches/record/2026-11-22-scaling.md`).
     pub const GRANULARITY: usize = 8;
 
