@@ -5,4 +5,4 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-target}/loom"
 export RUSTFLAGS="${RUSTFLAGS:-} --cfg loom"
-exec cargo test -p mobula --release --locked --lib pipeline::barrier::models -- "$@"
+exec cargo test -p mobula --no-default-features --locked --lib pipeline::barrier::models -- "$@"

@@ -30,24 +30,6 @@ pub fn aabb<T: Token>(
     (near.le(far), near)
 }
 
-/// As [`aabb`] for directions whose signs are known: `to_near` and `to_far` are the planes met first and last.
-#[inline(always)]
-pub fn sorted<T: Token>(
-    _token: T,
-    to_near: [T::F32; 3],
-    to_far: [T::F32; 3],
-    inverse: [T::F32; 3],
-    t_min: T::F32,
-    t_max: T::F32,
-) -> (T::Mask, T::F32) {
-    let (mut near, mut far) = (t_min, t_max);
-    for axis in 0..3 {
-        near = (to_near[axis] * inverse[axis]).max(near);
-        far = (to_far[axis] * inverse[axis]).min(far);
-    }
-    (near.le(far), near)
-}
-
 /// A beam of rays against boxes (or beams against a box): the same test by interval arithmetic.
 ///
 /// `to_near` and `to_far` lead from the beam's origins to the planes that its rays meet first and last (so the caller has

@@ -224,7 +224,7 @@ impl<const N: usize, B: Block, H: Target<N>, C: Cull> Walk<'_, N, B, H, C> {
                 let (hit, _) = if self.octant == MIXED {
                     aabb::aabb(token, to_low, to_high, inverse, t_min, t_max)
                 } else {
-                    aabb::sorted(token, to_low, to_high, inverse, t_min, t_max)
+                    aabb::slabs(token, to_low, to_high, inverse, t_min, t_max)
                 };
                 let hit = hit & self.rays.active(token, at);
                 lanes |= u64::from(hit.bits()) << (at - group * size);
