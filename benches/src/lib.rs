@@ -1,1 +1,22 @@
 //! What the benches share.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | [`scenes`] | the scenes of the peer bench and their cameras |
+//! | [`rays`] | the rays that every peer gets, and the results that every peer gives |
+//! | [`secondary`] | shadow, occlusion and bounce rays made from primary hits |
+//! | [`packets`] | Mobula's timed loop |
+//! | `embree` | Embree's (with the feature `embree`) |
+//! | [`verdict`] | whether two peers found the same |
+//! | [`report`] | tables and JSON |
+//! | [`clock`] | thread time, cycles, the machine |
+
+pub mod clock;
+#[cfg(feature = "embree")]
+pub mod embree;
+pub mod packets;
+pub mod rays;
+pub mod report;
+pub mod scenes;
+pub mod secondary;
+pub mod verdict;

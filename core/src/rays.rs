@@ -291,6 +291,17 @@ impl<const N: usize> Rays<N> {
         &self.axis
     }
 
+    /// Signs of all directions (bit k: axis k is negative), where they are known to be the same.
+    #[inline(always)]
+    pub(crate) fn octant(&self) -> Option<u8> {
+        let first = self.begin;
+        let mut octant = 0;
+        for axis in 0..3 {
+            octant |= u8::from(self.inverse[axis][first] < 0.0) << axis;
+        }
+        self.properties.contains(Properties::CONSTANT_SIGNS).then_some(octant)
+    }
+
     /// The lanes of the vector at `at` that belong to active rays.
     #[inline(always)]
     pub fn active<T: Token>(&self, token: T, at: usize) -> T::Mask {

@@ -43,6 +43,7 @@ pub mod math;
 pub mod pipeline;
 pub mod renderer;
 pub mod sampler;
+pub mod scale;
 pub mod scene;
 pub mod stack;
 pub mod traverse;

@@ -43,8 +43,18 @@ pub(super) trait Cull: Sized {
     /// Which children of a node may any ray meet, and where at the earliest.
     fn children<T: Token>(&self, token: T, node: &Node, near: &mut [f32; 8]) -> u32;
 
-    /// Which groups may meet a child, of the first `groups`.
-    fn groups<T: Token>(&self, token: T, node: &Node, slot: usize, groups: usize) -> u32;
+    /// Are the rays so close together that [`groups`](Self::groups) tells enough of a child? Else its rays are tested.
+    fn compact(&self) -> bool {
+        false
+    }
+
+    /// Which groups may meet a child, of the first `groups`. Asked only if [`compact`](Self::compact).
+    fn groups<T: Token>(&self, _token: T, _node: &Node, _slot: usize, _groups: usize) -> u32 {
+        u32::MAX
+    }
+
+    /// By how much boxes are widened: see [`traverse`](super).
+    fn margin(&self) -> f32;
 
     /// The farthest of each group, to lower after hits.
     fn farthest_of_groups(&mut self) -> &mut Row;

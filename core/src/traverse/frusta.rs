@@ -184,6 +184,12 @@ impl Cull for Frusta {
     }
 
     #[inline(always)]
+    fn compact(&self) -> bool {
+        let [left, bottom, right, top] = &self.all.side;
+        (right.slope - left.slope).abs() <= COMPACT && (top.slope - bottom.slope).abs() <= COMPACT
+    }
+
+    #[inline(always)]
     fn groups<T: Token>(&self, token: T, node: &Node, slot: usize, groups: usize) -> u32 {
         let all = &self.all;
         let [x, y, z] = AXES[all.axis % 3];
@@ -213,6 +219,11 @@ impl Cull for Frusta {
     }
 
     #[inline(always)]
+    fn margin(&self) -> f32 {
+        self.margin
+    }
+
+    #[inline(always)]
     fn farthest_of_groups(&mut self) -> &mut Row {
         &mut self.t_max
     }
@@ -222,6 +233,10 @@ impl Cull for Frusta {
         self.all.t_max = greatest(&self.t_max, self.travelling);
     }
 }
+
+/// A frustum no wider than this (a tile of 8x8 pixels is a few thousandths wide) is tested group by group, a wider one,
+/// which has come apart, ray by ray.
+const COMPACT: f32 = 1.0 / 32.0;
 
 /// x, y, z in order when the axis z is dominant.
 const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];

@@ -10,7 +10,7 @@ use super::cull::{Cull, GROUPS, MIXED, Row, greatest, group_size, least};
 use super::node_rows;
 use crate::Rays;
 use crate::bvh::Node;
-use crate::kernel::{aabb, load3, splat3, sub};
+use crate::kernel::{aabb, splat3, sub};
 
 /// Least and greatest values of the rays of each group, one lane a group. The origins are already moved outwards by the
 /// margin of rounding, and sorted by which plane of a box they go with.
@@ -28,6 +28,8 @@ pub(super) struct Intervals {
     /// The same of all that travel together.
     all: Beam,
     travelling: u32,
+    /// The greatest of all groups.
+    margin: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +55,7 @@ impl Cull for Intervals {
             octant: [MIXED; GROUPS],
             all: Beam { origin: [[0.0; 3]; 2], inverse: [[0.0; 3]; 2], t_min: 0.0, t_max: 0.0, rows: [[0; 3]; 2] },
             travelling: 0,
+            margin: 0.0,
         };
         let size = group_size(N);
         let range = rays.range();
@@ -81,6 +84,7 @@ impl Cull for Intervals {
             let size = |x: f32, y: f32| if x.abs() > y { x.abs() } else { y };
             let largest = (3..6).fold(scale, |s, k| size(least[k], size(greatest[k], s)));
             let margin = PAD * largest;
+            intervals.margin = if margin > intervals.margin { margin } else { intervals.margin };
             let mut octant = 0u8;
             for axis in 0..3 {
                 let (low, high) = (least[axis + 3] - margin, greatest[axis + 3] + margin);
@@ -149,23 +153,8 @@ impl Cull for Intervals {
     }
 
     #[inline(always)]
-    fn groups<T: Token>(&self, token: T, node: &Node, slot: usize, groups: usize) -> u32 {
-        let [mut near, mut far] = [[0.0; 3]; 2];
-        for axis in 0..3 {
-            near[axis] = node.planes[self.all.rows[0][axis] % 6][slot % 8];
-            far[axis] = node.planes[self.all.rows[1][axis] % 6][slot % 8];
-        }
-        let mut met = 0;
-        let mut at = 0;
-        while at < groups {
-            let to_near = sub(splat3(token, near), load3(token, &self.origin[0], at));
-            let to_far = sub(splat3(token, far), load3(token, &self.origin[1], at));
-            let inverse = [load3(token, &self.inverse[0], at), load3(token, &self.inverse[1], at)];
-            let (t_min, t_max) = (token.load(&self.t_min, at), token.load(&self.t_max, at));
-            met |= aabb::beam(token, to_near, to_far, inverse, t_min, t_max).0.bits() << at;
-            at += T::LANES;
-        }
-        met
+    fn margin(&self) -> f32 {
+        self.margin
     }
 
     #[inline(always)]

@@ -92,6 +92,10 @@ impl Roots {
         Self { root: Some(bvh.root), next: 0, end: 1 }
     }
 
+    fn at(child: Child) -> Self {
+        Self { root: Some(child), next: 0, end: 1 }
+    }
+
     fn all<B: Block>(bvh: &Bvh<B>) -> Self {
         Self { root: None, next: 0, end: bvh.blocks.len() }
     }

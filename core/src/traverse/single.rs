@@ -1,6 +1,6 @@
 //! One ray through the tree: against eight boxes and four primitives at a time.
 
-use mobula_simd::{F32Lanes, MaskLanes, Token};
+use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
 
 use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
@@ -41,23 +41,29 @@ impl Entry {
     pub(super) const NONE: Self = Self { child: Child::EMPTY, near: 0.0 };
 }
 
-/// Traces ray `i`. The stack is the caller's, so that it is cleared once for many rays.
-#[inline(always)]
-pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
-    token: T,
-    bvh: &Bvh<B>,
-    rays: &mut Rays<N>,
-    target: &mut H,
-    roots: Roots,
-    stack: &mut [Entry; STACK],
-    i: usize,
-) {
-    let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
-    for root in roots {
-        walk.from::<N, H>(root, stack);
-    }
-    if let Some((t, id)) = walk.found {
-        target.set(rays, i, t, id);
+/// Traces ray `i`: a task, so that packets share one copy of it. The stack is the caller's, cleared once for many rays.
+pub(super) struct Alone<'a, const N: usize, B, H> {
+    pub(super) bvh: &'a Bvh<B>,
+    pub(super) rays: &'a mut Rays<N>,
+    pub(super) target: &'a mut H,
+    pub(super) roots: Roots,
+    pub(super) stack: &'a mut [Entry; STACK],
+    pub(super) i: usize,
+}
+
+impl<const N: usize, B: Block, H: Target<N>> Task for Alone<'_, N, B, H> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { bvh, rays, target, roots, stack, i } = self;
+        let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
+        for root in roots {
+            walk.from::<N, H>(root, stack);
+        }
+        if let Some((t, id)) = walk.found {
+            target.set(rays, i, t, id);
+        }
     }
 }
 

@@ -23,8 +23,9 @@ pub struct WorkQueue {
 }
 
 impl WorkQueue {
-    /// The granularity of the default.
-    pub const GRANULARITY: usize = 2;
+    /// The granularity of the default: more even on many processors than a coarser one
+    /// (`benches/record/2026-11-22-scaling.md`).
+    pub const GRANULARITY: usize = 8;
 
     /// A queue that hands out `1 / granularity` of what is left in each round of one assignment per thread. 1: one round
     /// of equal shares; larger: smaller assignments from the start, more of them, and a more even end.

@@ -177,6 +177,12 @@ impl View {
         Self { eye: self.at + backward * distance, ..*self }
     }
 
+    /// The left and the right eye, so far apart, both looking at `at`: what is there has the same place in both pictures.
+    pub fn eyes(&self, apart: f32) -> [Self; 2] {
+        let [right, ..] = self.basis();
+        [-0.5, 0.5].map(|side| Self { eye: self.eye + right * (side * apart), ..*self })
+    }
+
     /// Moves eye and `at` sideways, by fractions of the image's height at the distance of `at` (positive: the model
     /// moves right and up).
     pub fn pan(&self, right: f32, up: f32) -> Self {
@@ -255,6 +261,15 @@ mod tests {
             prop_assert!((turned.distance() / view.distance() - 1.0).abs() < 1e-4);
             prop_assert!(turned.basis().iter().all(|v| (v.length() - 1.0).abs() < 1e-5));
         }
+    }
+
+    #[test]
+    fn two_eyes_are_apart_and_look_at_the_same() {
+        let view = View::frame((Vec3::NEG_ONE, Vec3::ONE), Up::Z, 1.5);
+        let [left, right] = view.eyes(0.25);
+        assert!(((right.eye - left.eye).length() - 0.25).abs() < 1e-6);
+        assert!((right.eye - left.eye).dot(view.basis()[0]) > 0.0, "the right eye is on the right");
+        assert!([left, right].iter().all(|eye| eye.at == view.at && eye.up == view.up && eye.fov == view.fov));
     }
 
     #[test]

@@ -8,6 +8,7 @@ use mobula::accel::AccelerationKind;
 use mobula::app::PacketWidth;
 use mobula::balance::BalancerKind;
 use mobula::camera::Up;
+use mobula::display::stereo::Stereo;
 use mobula::image::Size;
 use mobula::pipeline::MAX_THREADS;
 use mobula::renderer::RendererKind;
@@ -36,6 +37,9 @@ pub(crate) enum Command {
     /// Open a scene in a window
     #[command(after_help = keys_help())]
     View(SceneOptions),
+    /// Measure how rendering scales, and project it to more processors
+    #[command(after_help = scenes_help())]
+    Scale(super::scale::ScaleOptions),
     /// Tell what is in a file
     Info(InfoOptions),
     /// Measure and check every kernel, special case, level and packet width
@@ -127,6 +131,18 @@ pub(crate) struct RenderOptions {
     #[arg(short = 'n', long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) frames: u64,
 
+    /// Viewpoints around the scene, rendered together; with more than one, FILE-0.png, FILE-1.png, ... are written
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(crate) channels: u16,
+
+    /// Two eyes in one picture: side-by-side (twice as wide) or anaglyph (red and cyan)
+    #[arg(long, value_name = "KIND", conflicts_with = "channels")]
+    pub(crate) stereo: Option<Stereo>,
+
+    /// How far the eyes are apart, in units of the scene [default: a 30th of the distance to what they look at]
+    #[arg(long, value_name = "DISTANCE", requires = "stereo", value_parser = distance)]
+    pub(crate) eye_distance: Option<f32>,
+
     /// Print rays by kind and by path, and where the time went
     #[arg(long)]
     pub(crate) stats: bool,
@@ -200,6 +216,11 @@ fn vector(text: &str) -> Result<Vec3, String> {
 fn fov(text: &str) -> Result<f32, String> {
     let angle = text.parse().ok().filter(|angle| (1.0..=170.0).contains(angle));
     angle.ok_or_else(|| "give an angle from 1 to 170 degrees".into())
+}
+
+fn distance(text: &str) -> Result<f32, String> {
+    let distance = text.parse().ok().filter(|distance: &f32| distance.is_finite() && *distance > 0.0);
+    distance.ok_or_else(|| "give a number above 0".into())
 }
 
 fn up(text: &str) -> Result<UpChoice, String> {

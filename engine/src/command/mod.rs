@@ -6,8 +6,10 @@ mod args;
 mod failure;
 mod info;
 mod render;
+mod scale;
 mod scene;
 mod view;
+mod viewpoints;
 
 use std::fmt::Display;
 use std::io::Write;
@@ -28,6 +30,7 @@ pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
     let result = match &cli.command {
         Some(Command::Render(options)) => render::render(options),
+        Some(Command::Scale(options)) => scale::scale(options),
         Some(Command::View(options)) => view::view(options),
         Some(Command::Info(options)) => info::info(options),
         #[cfg(feature = "kernels")]

@@ -6,14 +6,13 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use mobula::app::{RayCounts, State};
-use mobula::display::png::PngDisplay;
-use mobula::pipeline::{DisplayStage, Handle, Pipeline, Report};
+use mobula::pipeline::{Handle, Pipeline, Report};
 use serde_json::json;
 
 use super::args::RenderOptions;
 use super::failure::Failure;
 use super::scene::grouped;
-use super::{Prepared, prepare, print};
+use super::{Prepared, prepare, print, viewpoints};
 
 /// The run that Ctrl-C stops; before and after it, Ctrl-C ends the process.
 static RUNNING: Mutex<Option<Handle<State>>> = Mutex::new(None);
@@ -21,8 +20,7 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let Prepared { mut pipeline, settings, .. } = prepare(&options.scene, false)?;
-    let display = PngDisplay::new(&options.output).only(options.frames - 1);
-    pipeline.add_stage(DisplayStage::new().with(0, display));
+    let outputs = viewpoints::add(&mut pipeline, &settings, options)?;
     let bar = progress(&mut pipeline, options.frames);
     let report = run(&mut pipeline, options.frames);
     bar.finish_and_clear();
@@ -36,7 +34,7 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let frames = if report.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", report.frames) };
     eprintln!(
         "mobula: wrote {} ({}), {frames} in {seconds:.3} s, {rate:.1} million rays a second",
-        options.output.display(),
+        outputs[0].display(),
         settings.size
     );
     if options.stats {
@@ -59,7 +57,8 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
                 "single": rays.paths.single,
             },
             "mrays_per_second": rate,
-            "output": options.output.to_string_lossy(),
+            "output": outputs[0].to_string_lossy(),
+            "outputs": outputs.iter().map(|output| output.to_string_lossy()).collect::<Vec<_>>(),
             "renderer": settings.renderer.to_string(),
             "sampler": settings.sampler.to_string(),
             "balancer": settings.balancer.to_string(),
@@ -145,5 +144,15 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 /// What `mobula` without a window does.
 pub(crate) fn render_default(options: &super::args::SceneOptions) -> Result<(), Failure> {
     let scene = options.clone();
-    render(&RenderOptions { scene, output: "mobula.png".into(), frames: 1, stats: false, json: false })
+    let output = "mobula.png".into();
+    render(&RenderOptions {
+        scene,
+        output,
+        frames: 1,
+        channels: 1,
+        stereo: None,
+        eye_distance: None,
+        stats: false,
+        json: false,
+    })
 }

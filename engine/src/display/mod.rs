@@ -4,6 +4,7 @@
 //! pictures on: a PNG file, a window, nothing.
 
 pub mod png;
+pub mod stereo;
 pub mod window;
 
 pub use crate::pipeline::{Display, NullDisplay, Picture, Shown};

@@ -14,7 +14,7 @@ pub struct TileSize {
 
 impl Default for TileSize {
     fn default() -> Self {
-        Self { width: 32, height: 32 }
+        Self { width: 16, height: 16 }
     }
 }
 

@@ -1,0 +1,209 @@
+//! The scenes of the peer bench: triangles, where to look from, where light comes from.
+//!
+//! The meshes are those of the data folder beside the repository and are skipped, with a reason, where it is not; the
+//! others are made by arithmetic and are the same bits everywhere.
+
+use std::path::Path;
+
+use mobula::generate;
+use mobula::load;
+use mobula::scene::{Mesh, Object, SceneDescription};
+
+/// What one table row is about.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// Name of the row.
+    pub name: &'static str,
+    /// File in the data folder, or name of a generator (`gen:...`).
+    pub source: &'static str,
+    /// Where the rays start.
+    pub eye: [f32; 3],
+    /// What is in the middle of the picture.
+    pub at: [f32; 3],
+    /// Which way is up.
+    pub up: [f32; 3],
+    /// Tangent of half the field of view.
+    pub tangent: f32,
+    /// The point light.
+    pub light: [f32; 3],
+    /// Direction to the directional light; of any length.
+    pub sun: [f32; 3],
+    /// How far occlusion rays go.
+    pub reach: f32,
+    /// How far secondary rays start above the surface.
+    pub offset: f32,
+    /// What others found there, if it is known.
+    pub known: Option<Known>,
+}
+
+/// Results of Embree, one ray at a time: of version 4 and another program, but for the atrium, which is our own.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Primary rays that hit.
+    pub hits: usize,
+    /// Sum of their distances.
+    pub distances: f64,
+    /// Rays to the point light that are blocked.
+    pub shadowed: usize,
+}
+
+const Y: [f32; 3] = [0.0, 1.0, 0.0];
+const Z: [f32; 3] = [0.0, 0.0, 1.0];
+
+const fn known(hits: usize, distances: f64, shadowed: usize) -> Option<Known> {
+    Some(Known { hits, distances, shadowed })
+}
+
+const TERRAIN: View = View {
+    name: "terr1m",
+    source: "gen:terr1m",
+    eye: [50.0, 45.0, 5.0],
+    at: [50.0, 5.0, 45.0],
+    up: Y,
+    tangent: 0.4,
+    light: [25.0, 40.0, 80.0],
+    sun: [-0.4, 0.7, 0.6],
+    reach: 3.0,
+    offset: 1e-3,
+    known: known(1_048_572, 5.02151e7, 723_646),
+};
+
+/// Outside, from the garden, and the rooms inside; the file's z is up and its unit the metre.
+const HOUSE: View = View {
+    name: "fzk_outside",
+    source: "fzk_house.obj.gz",
+    eye: [-12.0, -14.0, 9.0],
+    at: [6.0, 5.0, 2.0],
+    up: Z,
+    tangent: 0.4,
+    light: [-10.0, -20.0, 25.0],
+    sun: [-0.5, -0.6, 0.7],
+    reach: 1.0,
+    offset: 1e-3,
+    known: None,
+};
+
+/// Every row. The atrium and the house's inside are closed, so most of the sun's rays end at the ceiling there.
+pub const VIEWS: [View; 10] = [
+    View {
+        name: "bunny",
+        source: "bunny.obj.gz",
+        eye: [0.6, 0.5, 3.0],
+        at: [0.0, 0.0, 0.0],
+        up: Y,
+        tangent: 0.36,
+        light: [3.0, 4.0, 3.0],
+        sun: [0.6, 0.7, 0.4],
+        reach: 0.5,
+        offset: 1e-4,
+        known: known(586_683, 1.60425e6, 64_868),
+    },
+    // Upright in z, about two metres long: from the left, slightly above.
+    View {
+        name: "motorbike",
+        source: "motorbike.obj.gz",
+        eye: [-0.9, -2.3, 1.3],
+        at: [0.73, 0.0, 0.6],
+        up: Z,
+        tangent: 0.36,
+        light: [-1.0, -2.0, 3.0],
+        sun: [-0.3, -0.6, 0.8],
+        reach: 0.3,
+        offset: 1e-4,
+        known: None,
+    },
+    // In millimetres, 743 long.
+    View {
+        name: "engine2cyl",
+        source: "engine2cyl.obj.gz",
+        eye: [550.0, 320.0, 700.0],
+        at: [0.0, -40.0, 0.0],
+        up: Y,
+        tangent: 0.36,
+        light: [500.0, 800.0, 600.0],
+        sun: [0.4, 0.8, 0.5],
+        reach: 60.0,
+        offset: 0.02,
+        known: None,
+    },
+    HOUSE,
+    View {
+        name: "fzk_inside",
+        eye: [1.0, 1.0, 1.7],
+        at: [6.0, 6.0, 1.2],
+        tangent: 0.8,
+        light: [3.0, 2.5, 2.2],
+        ..HOUSE
+    },
+    View {
+        name: "atrium",
+        source: "gen:atrium",
+        eye: [4.0, 5.0, 12.0],
+        at: [40.0, 5.5, 12.5],
+        up: Y,
+        tangent: 0.7,
+        light: [30.0, 12.0, 12.0],
+        sun: [0.3, 0.9, 0.2],
+        reach: 3.0,
+        offset: 1e-3,
+        known: known(1_048_576, 2.26772e7, 276_358),
+    },
+    View { name: "terr20k", source: "gen:terr20k", known: None, ..TERRAIN },
+    View { name: "terr245k", source: "gen:terr245k", known: None, ..TERRAIN },
+    TERRAIN,
+    View { name: "terr10m", source: "gen:terr10m", known: known(1_048_568, 4.88381e7, 847_815), ..TERRAIN },
+];
+
+/// Indexed triangles, without anything that a bench does not need.
+#[derive(Clone, Debug, Default)]
+pub struct Triangles {
+    /// Corners; one more than there are, because Embree reads 16 bytes at each.
+    pub positions: Vec<[f32; 3]>,
+    /// Three corners each.
+    pub indices: Vec<[u32; 3]>,
+}
+
+impl Triangles {
+    /// The corners of triangle `i`.
+    #[inline(always)]
+    pub fn corners(&self, i: usize) -> [[f32; 3]; 3] {
+        self.indices[i].map(|corner| self.positions[corner as usize])
+    }
+
+    fn add(&mut self, mesh: &Mesh) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&mesh.positions);
+        self.indices.extend(mesh.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+    }
+
+    fn of(scene: &SceneDescription) -> Self {
+        fn visit(object: &Object, triangles: &mut Triangles) {
+            match object {
+                Object::Mesh(mesh) => triangles.add(mesh),
+                Object::Group(objects) => objects.iter().for_each(|object| visit(object, triangles)),
+                Object::Spheres(_) => {}
+            }
+        }
+        let mut triangles = Self::default();
+        scene.objects.iter().for_each(|object| visit(object, &mut triangles));
+        triangles.positions.push([0.0; 3]);
+        triangles
+    }
+}
+
+/// The triangles of a view.
+///
+/// # Errors
+/// Why they are not there.
+pub fn triangles(view: &View, data: &Path) -> Result<Triangles, String> {
+    if view.source.starts_with(generate::PREFIX) {
+        let scene = generate::generate(view.source).ok_or_else(|| format!("no generator {}", view.source))?;
+        return Ok(Triangles::of(&scene));
+    }
+    let file = data.join(view.source);
+    if !file.exists() {
+        return Err(format!("there is no {} in the data folder (say where with --data)", view.source));
+    }
+    let loaded = load::load(&file).map_err(|error| error.to_string())?;
+    Ok(Triangles::of(&loaded.scene))
+}

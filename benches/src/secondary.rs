@@ -1,0 +1,61 @@
+//! Secondary rays: from what the primary rays hit, a little above the surface on the viewer's side, in the same order.
+
+use crate::rays::{Found, Kind, NOTHING, RaySet, cross, dot, normalize, sub};
+use crate::scenes::{Triangles, View};
+
+/// The rays of a kind for every primary ray that hit something; the primary rays themselves for [`Kind::Primary`].
+pub fn rays(kind: Kind, view: &View, triangles: &Triangles, primary: &RaySet, hits: &Found) -> RaySet {
+    if kind == Kind::Primary {
+        return primary.clone();
+    }
+    let mut rays = RaySet { common_origin: kind == Kind::ShadowFromLight, ..RaySet::default() };
+    let sun = normalize(view.sun);
+    for i in 0..primary.len() {
+        let triangle = hits.primitive[i];
+        if triangle == NOTHING {
+            continue;
+        }
+        let (origin, direction) = primary.ray(i);
+        let [a, b, c] = triangles.corners(triangle as usize);
+        let mut normal = normalize(cross(sub(b, a), sub(c, a)));
+        if dot(normal, direction) > 0.0 {
+            normal = normal.map(|x| -x);
+        }
+        let start = [0, 1, 2].map(|k| origin[k] + hits.t[i] * direction[k] + view.offset * normal[k]);
+        match kind {
+            Kind::Primary => {}
+            Kind::ShadowPoint => {
+                let to_light = sub(view.light, start);
+                rays.push(start, normalize(to_light), 0.9999 * dot(to_light, to_light).sqrt());
+            }
+            // To where the rays towards the light start: that is above the surface.
+            Kind::ShadowFromLight => {
+                let to_surface = sub(start, view.light);
+                rays.push(view.light, normalize(to_surface), dot(to_surface, to_surface).sqrt());
+            }
+            Kind::ShadowDirectional => rays.push(start, sun, f32::INFINITY),
+            Kind::Occlusion => rays.push(start, cosine(normal, i), view.reach),
+            Kind::Diffuse => rays.push(start, cosine(normal, i), f32::INFINITY),
+        }
+    }
+    rays
+}
+
+/// A direction around `normal`, distributed by the cosine, from two random numbers of the ray's index.
+fn cosine(normal: [f32; 3], index: usize) -> [f32; 3] {
+    let (u, v) = (unit(2 * index as u32), unit(2 * index as u32 + 1));
+    let (sin, cos) = (std::f32::consts::TAU * u).sin_cos();
+    let radius = v.sqrt();
+    let other = if normal[0].abs() < 0.5 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let tangent = normalize(cross(normal, other));
+    let bitangent = cross(normal, tangent);
+    let height = (1.0 - v).max(0.0).sqrt();
+    normalize([0, 1, 2].map(|k| radius * (cos * tangent[k] + sin * bitangent[k]) + height * normal[k]))
+}
+
+/// A number in `[0, 1)` from an integer (the output function of PCG RXS-M-XS 32).
+fn unit(index: u32) -> f32 {
+    let state = index.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (((word >> 22) ^ word) >> 8) as f32 * (1.0 / 16_777_216.0)
+}

@@ -1,0 +1,174 @@
+//! Every component of the rendering stack is made to panic in some frame and on some thread: each time an error that
+//! names it, within a second, and another engine of the process renders what it always does.
+
+use std::error::Error;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use mobula::accel::AccelerationKind;
+use mobula::app::{self, Components, Settings, Stack};
+use mobula::balance::BalancerKind;
+use mobula::camera::View;
+use mobula::image::{FrameBuffer, Size};
+use mobula::pipeline::{Config, Display, DisplayStage, Fault, Frame, Picture, Pipeline, Shown};
+use mobula::scene::Scene;
+use mobula::stack::{
+    Background, Camera, Context, Fragment, Illumination, Light, Material, PixelSampler, Renderer, Statistics,
+};
+use mobula::traverse::{RenderStage, TileSize, TraverserKind};
+use mobula_core::{Columns3, RayPacket, SubPacket};
+use mobula_simd::AnyToken;
+
+const N: usize = 64;
+
+/// Panics when it has been called so often. Calls come from all threads, so any of them may be struck.
+#[derive(Clone)]
+struct Bomb(Arc<AtomicU64>);
+
+impl Bomb {
+    fn new(calls: u64) -> Self {
+        Self(Arc::new(AtomicU64::new(calls)))
+    }
+
+    fn tick(&self) {
+        if self.0.fetch_sub(1, Ordering::Relaxed) == 0 {
+            panic!("boom");
+        }
+    }
+}
+
+/// A component that works until its bomb goes off.
+struct Frail<T: ?Sized>(Bomb, Arc<T>);
+
+impl Camera<N> for Frail<dyn Camera<N>> {
+    fn make_rays(&self, context: &Context<'_, N>, size: [u32; 2], packet: &mut RayPacket<N>) {
+        self.0.tick();
+        self.1.make_rays(context, size, packet);
+    }
+}
+
+impl PixelSampler<N> for Frail<dyn PixelSampler<N>> {
+    fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer) {
+        self.0.tick();
+        self.1.render_fragment(context, camera, fragment, out);
+    }
+}
+
+impl Renderer<N> for Frail<dyn Renderer<N>> {
+    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
+        self.0.tick();
+        self.1.trace(context, packet);
+    }
+}
+
+impl Background<N> for Frail<dyn Background<N>> {
+    fn shade(&self, context: &Context<'_, N>, misses: &mut SubPacket<'_, N>) {
+        self.0.tick();
+        self.1.shade(context, misses);
+    }
+}
+
+impl Light<N> for Frail<dyn Light<N>> {
+    fn illuminate(&self, points: &Columns3<N>, range: Range<usize>, out: &mut Illumination<N>) {
+        self.0.tick();
+        self.1.illuminate(points, range, out);
+    }
+
+    fn position(&self) -> Option<Vec3> {
+        self.1.position()
+    }
+}
+
+/// A material that is one colour.
+struct Plain(Bomb);
+
+impl Material<N> for Plain {
+    fn shade(&self, _: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
+        self.0.tick();
+        hits.range().for_each(|i| hits.set_color(i, Vec3::ONE));
+    }
+
+    fn base_color(&self) -> Vec3 {
+        Vec3::ONE
+    }
+}
+
+struct FrailDisplay(Bomb);
+
+impl Display for FrailDisplay {
+    fn name(&self) -> &str {
+        "frail display"
+    }
+
+    fn show(&mut self, _: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
+        self.0.tick();
+        Ok(Shown::Continue)
+    }
+}
+
+/// Puts a bomb into the component of a name, and returns what becomes of the run.
+fn strike(component: &str, bomb: Bomb, threads: usize) -> Fault {
+    let scene = mobula::generate::generate("gen:terr20k").expect("a known scene");
+    let scene = Scene::<N>::build(&scene, AccelerationKind::Bvh).expect("few triangles");
+    let mut parts = Components::new(AnyToken::detect(), scene, 1.5);
+    let never = Bomb::new(u64::MAX);
+    let mut display = never.clone();
+    match component {
+        "camera" => parts.cameras[0] = Arc::new(Frail(bomb, Arc::clone(&parts.cameras[0]))),
+        "pixel sampler" => parts.sampler = Arc::new(Frail(bomb, Arc::clone(&parts.sampler))),
+        "renderer" => parts.renderer = Arc::new(Frail(bomb, Arc::clone(&parts.renderer))),
+        "background" => {
+            parts.scene.background = Arc::new(Frail(bomb, Arc::clone(&parts.scene.background)));
+            let view = parts.scene.view(1.5);
+            parts.set_view(0, View { at: view.eye * 2.0 - view.at, ..view }); // away from all else
+        }
+        "light" => parts.scene.lights[0] = Arc::new(Frail(bomb, Arc::clone(&parts.scene.lights[0]))),
+        "frail display" => display = bomb,
+        _ => {
+            for index in 0..16 {
+                parts.scene.set_material(index, Arc::new(Plain(bomb.clone())));
+            }
+        }
+    }
+    let mut pipeline = Pipeline::new(parts, Config::with_threads(threads)).expect("a valid thread count");
+    pipeline.add_channel("main", Size::new(96, 64).expect("a valid size"));
+    let traverser = TraverserKind::Tiled.build(TileSize::default(), BalancerKind::default());
+    let render = |frame: &Frame<'_, Components<N>>, fragment: &Fragment, out: &FrameBuffer| {
+        frame.state.render(*fragment, out, &Statistics::default());
+    };
+    pipeline.add_stage(RenderStage::new(traverser, render));
+    pipeline.add_stage(DisplayStage::new().with(0, FrailDisplay(display)));
+    let begun = Instant::now();
+    let fault = pipeline.run(1000).expect_err("the bomb goes off");
+    // All frames before the fault are in it.
+    assert!(begun.elapsed() < Duration::from_secs(1), "{component}: {:?}", begun.elapsed());
+    assert_eq!(pipeline.run(1).expect_err("it is finished"), fault);
+    assert_eq!(pipeline.into_state().packet_width(), N, "the state survives");
+    fault
+}
+
+#[test]
+fn every_component_at_1_2_and_8_threads() {
+    // Another engine of the process, before, meanwhile and after.
+    let scene = mobula::builtin::scene();
+    let settings = Settings { size: Size::new(48, 32).expect("a valid size"), threads: 2, ..Settings::default() };
+    let mut bystander = app::pipeline(&scene, &settings).expect("a small scene");
+    bystander.run(1).expect("nothing fails");
+    let before: Vec<u32> = bystander.picture(0).expect("a picture").1.pixels().collect();
+
+    for component in ["camera", "pixel sampler", "renderer", "material", "light", "background", "frail display"] {
+        for (threads, calls) in [(1, 0), (1, 7), (2, 3), (8, 1), (8, 40)] {
+            let fault = strike(component, Bomb::new(calls), threads);
+            let known = fault.component == component || component == "material" && !fault.component.is_empty();
+            assert!(known, "{component}: {fault}");
+            assert_eq!(fault.message, "boom", "{component}: {fault}");
+            assert!(fault.thread < threads && fault.location.is_some(), "{fault}");
+        }
+    }
+
+    bystander.run(1).expect("nothing fails");
+    assert!(before.iter().copied().eq(bystander.picture(0).expect("a picture").1.pixels()));
+}
