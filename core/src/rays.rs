@@ -8,9 +8,12 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 use crate::kernel::load3;
 use crate::{Column, Columns3, Properties};
 
-/// 2^-40 and 2^-120: see [`Rays::inverse_directions`].
+/// 2^-40 and 2^-126: see [`Rays::inverse_directions`].
 const LEAST_SHARE: f32 = 1.0 / (1u64 << 40) as f32;
-const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 120) as f32;
+const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 126) as f32;
+/// Shorter directions count as zero: a lesser axis that is taken for 2^-126 would lead further astray than 2^-24 of the way,
+/// which is more than traversal widens boxes by.
+const SHORTEST: f32 = 1.0 / (1u128 << 102) as f32;
 
 /// Up to `N` rays as a structure of arrays. A ray is the half-open interval `(t_min, t_max]` of `origin + t * direction`;
 /// traversal lowers `t_max` to what it finds. Rays outside [`range`](Self::range) are neither read nor written.
@@ -199,7 +202,7 @@ impl<const N: usize> Rays<N> {
     }
 
     /// `1 / direction`, computed when first asked for, together with the sign properties. Sizes below 2^-40 of the ray's
-    /// greatest (a ray that crosses the scene strays by less than rounding) or below 2^-120 count as that, so that every
+    /// greatest (a ray that crosses the scene strays by less than rounding) or below 2^-126 count as that, so that every
     /// reciprocal is finite (a slab test without NaN); the sign is kept, that of a zero too.
     #[inline(always)]
     pub fn inverse_directions<T: Token>(&mut self, token: T) -> &Columns3<N> {
@@ -233,7 +236,7 @@ impl<const N: usize> Rays<N> {
 
     /// Shear factors `d[x] / d[z]`, `d[y] / d[z]` and `1 / d[z]` along each ray's dominant axis z, and that axis (Woop, Benthin and
     /// Wald, "Watertight Ray/Triangle Intersection", JCGT 2013), computed when first asked for. On equal sizes the
-    /// lower axis is dominant.
+    /// lower axis is dominant. A direction shorter than 2^-102 counts as zero: its shears are NaN, and it hits nothing.
     #[inline(always)]
     pub fn shears<T: Token>(&mut self, token: T) -> (&Columns3<N>, &Column<u32, N>) {
         if !self.properties.contains(Properties::HAVE_SHEARS) {
@@ -246,7 +249,10 @@ impl<const N: usize> Rays<N> {
                 let on_z = size[2].gt(size[0]) & size[2].gt(size[1]);
                 let on_y = size[1].gt(size[0]) & !on_z;
                 let [x, y, z] = last_axis::<T>(d, on_y, on_z);
-                let scale = token.splat(1.0) / z;
+                // So short that its lesser axes may count as longer than they are: as if zero, so that no test finds what no box
+                // lets through.
+                let long = z.abs().ge(token.splat(SHORTEST));
+                let scale = (token.splat(1.0) / z).select(long, token.splat(f32::NAN));
                 (x * scale).store_masked(&mut self.shear[0][..], at, active);
                 (y * scale).store_masked(&mut self.shear[1][..], at, active);
                 scale.store_masked(&mut self.shear[2][..], at, active);

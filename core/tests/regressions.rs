@@ -1,10 +1,11 @@
 //! What differential tests and fuzzers once found, and what is easy to get wrong, by name. At every level of this machine.
 
+use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
 use mobula_core::kernel::bounds::{PacketBounds, packet_bounds};
 use mobula_core::kernel::iso_cell::{coefficients, iso_cell};
 use mobula_core::kernel::splat3;
 use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
-use mobula_core::{Properties, Rays};
+use mobula_core::{Properties, RayPacket, Rays};
 
 /// One ray against a unit cell, in every lane.
 struct Cell<'a> {
@@ -105,5 +106,34 @@ fn bounds_of_zeros_of_both_signs_are_the_same_bits_at_every_level() {
         let bounds = token.run(Bounds(&mut rays.clone()));
         let zeros = [bounds.origin[0][0], bounds.origin[1][0], bounds.t_min, bounds.t_max];
         assert_eq!(zeros.map(f32::to_bits), [0; 4], "{token:?}");
+    }
+}
+
+/// Boxes are tested with reciprocals that stay finite, so a short direction missed boxes whose triangles it hit. Found by
+/// the fuzzer. Spheres need the square of the length.
+#[test]
+fn directions_too_short_or_long_for_their_reciprocals_and_squares_find_through_the_tree_what_they_find_without() {
+    let corner =
+        |i: usize, k: usize| [(i % 7) as f32 * 0.3 - 1.0 + 0.2 * k as f32, (i / 7) as f32 * 0.3 - 1.0, k as f32];
+    let bvh = Bvh::<TriangleBlock>::triangles(49, 0, &Serial, |i| [corner(i, 0), corner(i + 1, 2), corner(i + 7, 1)]);
+    tree_finds_what_all_find(&bvh);
+    let sphere = |i: usize| [corner(i, 0)[0], corner(i, 0)[1], corner(i, 3)[2], 0.2];
+    tree_finds_what_all_find(&Bvh::<SphereBlock>::spheres(49, 0, &Serial, sphere));
+}
+
+fn tree_finds_what_all_find<B: Block>(bvh: &Bvh<B>) {
+    for length in [1e25, 1e19, 1e-14, 1e-18, 1e-20, 1e-22, 1e-24, 1e-30, 1e-36, 1e-37, 7e-38, 4e-39, 1e-40, 1e-45] {
+        for token in AnyToken::available() {
+            let mut packet = RayPacket::<24>::default();
+            packet.reset(0..24);
+            for i in 0..24 {
+                let direction = [(i % 5) as f32 * 0.1 - 0.2, (i / 5) as f32 * 0.1 - 0.2, 1.0].map(|x| x * length);
+                packet.set_ray(i, [0.01, 0.02, -0.5].into(), direction.into());
+            }
+            let mut all = packet.clone();
+            bvh.intersect(token, &mut packet);
+            bvh.intersect_all(token, &mut all);
+            assert_eq!(packet.hits.primitive.0, all.hits.primitive.0, "{length:e} {token:?}");
+        }
     }
 }

@@ -5,13 +5,16 @@
 //! their outline. The nearer root in the interval counts, so a ray from inside hits the far side.
 //!
 //! - NaN: missed.
-//! - Zero direction: missed.
+//! - Zero direction: missed, and so is one shorter than 2^-50 or longer than 2^63, unless it is promised to be of length 1.
 //! - Degenerate: a radius of zero or less is missed, except that a ray exactly through the centre of a zero sphere hits it.
 //! - Grazing: the discriminant's rounding decides; it is within a few ulp of `radius^2 + |closest approach|^2`.
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::dot;
+
+/// Squares of lengths outside of this range have lost bits to underflow, or are infinite.
+const SQUARES: [f32; 2] = [1.0 / (1u128 << 100) as f32, f32::MAX];
 
 /// Tests the sphere around `-center` of the ray's origin in the lanes `active`.
 ///
@@ -42,6 +45,9 @@ pub fn sphere<T: Token, const UNIT: bool>(
     if !real.any() {
         return (real, zero);
     }
+    // Where the square of the length has lost bits, the hit may be anywhere, and not where boxes let it through.
+    let real =
+        if UNIT { real } else { real & length2.ge(token.splat(SQUARES[0])) & length2.le(token.splat(SQUARES[1])) };
     let half = if UNIT { room.sqrt() } else { (room / length2).sqrt() };
     let near = -middle - half;
     let far = half - middle;

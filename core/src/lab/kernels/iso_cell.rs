@@ -121,6 +121,8 @@ struct Exact {
     /// How far off single precision may be: in t, and in the value.
     t_error: f64,
     error: f64,
+    /// Greatest distance involved, in cells.
+    reach: f64,
 }
 
 impl Exact {
@@ -171,7 +173,7 @@ impl Exact {
         let longest = ray.direction.iter().fold(0.0f64, |l, d| l.max(d.abs()));
         // A plane met at a small angle moves far along the ray, which moves the start of the cubic with it.
         let t_error = 8.0 * unit * reach * size / slowest.min(longest) + 4.0 * unit * near.abs().min(1e9);
-        Self { cubic, near, far, t_error, error: 64.0 * unit * sum * reach }
+        Self { cubic, near, far, t_error, error: 64.0 * unit * sum * reach, reach }
     }
 
     fn at(&self, t: f64) -> f64 {
@@ -206,7 +208,8 @@ impl Exact {
     fn truth(&self, guard: f64) -> Option<(Truth, f64)> {
         let clear = |t| Truth { t, margin: f64::INFINITY };
         let (from, to) = (self.near - self.t_error, self.far + self.t_error);
-        if self.t_error.is_infinite() || from.is_nan() || to.is_nan() {
+        // From too far away the cubic in t cancels even in f64.
+        if self.reach > 1e3 || self.t_error.is_infinite() || from.is_nan() || to.is_nan() {
             return None;
         }
         if from > to {
