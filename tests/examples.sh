@@ -3,6 +3,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 for crate in simd core engine; do
+    features=default
+    [ "$crate" = core ] && features=lab
     for file in "$crate"/examples/*.rs; do
         name=$(basename "$file" .rs)
         case $name in
@@ -10,6 +12,6 @@ for crate in simd core engine; do
         esac
         package=$(sed -n 's/^name = "\(.*\)"/\1/p' "$crate/Cargo.toml" | head -1)
         echo "-- $package: $name"
-        (cd "${TMPDIR:-/tmp}" && cargo run --quiet --locked --manifest-path "$OLDPWD/Cargo.toml" -p "$package" --example "$name" >/dev/null)
+        (cd "${TMPDIR:-/tmp}" && cargo run --quiet --locked --features "$features" --manifest-path "$OLDPWD/Cargo.toml" -p "$package" --example "$name" >/dev/null)
     done
 done
