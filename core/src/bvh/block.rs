@@ -1,9 +1,9 @@
 //! What a leaf holds: four primitives of one kind as a structure of arrays, and how rays meet them.
 
-use mobula_simd::Token;
+use mobula_simd::{F32Lanes, Token};
 
-use crate::Rays;
 use crate::traverse::SingleRay;
+use crate::{Column, Rays};
 
 /// Primitives in a block.
 pub const BLOCK: usize = 4;
@@ -12,8 +12,6 @@ pub const BLOCK: usize = 4;
 pub trait Block: Copy + Send + Sync + 'static {
     /// Four primitives with all that is the same for every ray of a packet worked out.
     type Prepared: Copy;
-    /// Does [`test`](Self::test) read the packet's shears?
-    const SHEARS: bool;
 
     /// Scene-wide primitive ids.
     fn ids(&self) -> &[u32; BLOCK];
@@ -21,8 +19,14 @@ pub trait Block: Copy + Send + Sync + 'static {
     /// Prepares the block for a packet: with a `COMMON_ORIGIN` relative to it.
     fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared;
 
+    /// Which primitives may be hit by rays of which groups, for rays with a common origin and the dominant axis `axis`: bit
+    /// `4 * group + i`. Never leaves out a hit; bits of unused places do not matter.
+    fn touches<T: Token>(_token: T, _prepared: &Self::Prepared, _axis: usize, _spread: &Spread, _groups: u32) -> u64 {
+        u64::MAX
+    }
+
     /// Tests primitive `i` of a prepared block against the rays from `at`: which lanes hit within their intervals, and
-    /// where. With a `COMMON_ORIGIN` all directions have the dominant axis `axis`.
+    /// where. All directions have the dominant axis `axis`.
     fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
         token: T,
         prepared: &Self::Prepared,
@@ -34,4 +38,33 @@ pub trait Block: Copy + Send + Sync + 'static {
 
     /// Tests all four against one ray: lane i is primitive i. With one lane, `i` is which; otherwise it is 0.
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32);
+}
+
+/// The slopes (see [`Rays::shears`]) of the rays of each group, a group a lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Spread {
+    /// The middle of x and y.
+    pub middle: [Column<f32, 16>; 2],
+    /// How far from it any ray of the group may be.
+    pub radius: [Column<f32, 16>; 2],
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        Self { middle: [Column::splat(0.0); 2], radius: [Column::splat(0.0); 2] }
+    }
+}
+
+impl Spread {
+    /// Sets the least and the greatest slopes of the groups from `at`.
+    #[inline(always)]
+    pub(crate) fn set<T: Token>(&mut self, token: T, at: usize, [least, greatest]: [[T::F32; 2]; 2]) {
+        let half = token.splat(0.5);
+        for k in 0..2 {
+            ((least[k] + greatest[k]) * half).store(&mut self.middle[k][..], at);
+            // Rounded up: slopes are at most 1 in size.
+            let radius = (greatest[k] - least[k]).mul_add(half, token.splat(4.0 * f32::EPSILON));
+            radius.store(&mut self.radius[k][..], at);
+        }
+    }
 }

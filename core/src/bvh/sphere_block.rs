@@ -46,7 +46,6 @@ impl Bvh<SphereBlock> {
 impl Block for SphereBlock {
     /// Vectors from the centres to the common origin, or the centres.
     type Prepared = ([[f32; BLOCK]; 3], [f32; BLOCK]);
-    const SHEARS: bool = false;
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {

@@ -1,12 +1,10 @@
 //! Four triangles.
 
-use mobula_simd::{I32Lanes, Token};
+use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::block::{BLOCK, Block};
+use super::block::{BLOCK, Block, Spread};
 use super::{Bounds, Bvh, Join};
 use crate::kernel::triangle::{ShearedRay, triangle};
-use crate::kernel::{load3, splat3, sub};
-use crate::rays::last_axis;
 use crate::traverse::SingleRay;
 use crate::{NO_HIT, Rays};
 
@@ -52,7 +50,6 @@ impl Bvh<TriangleBlock> {
 
 impl Block for TriangleBlock {
     type Prepared = [[[f32; BLOCK]; 3]; 3];
-    const SHEARS: bool = true;
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {
@@ -75,6 +72,56 @@ impl Block for TriangleBlock {
         corners
     }
 
+    /// The edge functions of the triangle test are linear in the slopes of a ray; here they are bounded over those of a group.
+    /// A triangle is left out if one of them is negative for all rays and one positive.
+    ///
+    /// Let R be the greatest size of the corners' coordinates and u = 2^-24. Sheared corners are at most 2 R, with an error of
+    /// 3 uR; an edge function of the test, of two products of them, errs by at most 40 uR^2; the one here by 26 uR^2 from its
+    /// coefficients, products and sums. So 66 uR^2 < 2^-17 R^2 is between them.
+    #[inline(always)]
+    fn touches<T: Token>(
+        token: T,
+        prepared: &[[[f32; BLOCK]; 3]; 3],
+        axis: usize,
+        spread: &Spread,
+        groups: u32,
+    ) -> u64 {
+        let axes = AXES[axis % 3];
+        let zero = token.splat(0.0);
+        let together = if T::LANES > BLOCK { (1u32 << (T::LANES / BLOCK)) - 1 } else { 1 };
+        let mut touched = 0;
+        let mut at = 0;
+        while groups >> (at / BLOCK) != 0 {
+            if groups >> (at / BLOCK) & together == 0 {
+                at += T::LANES;
+                continue;
+            }
+            let mut corners = [[zero; 3]; 3];
+            let mut size = zero;
+            for (out, corner) in corners.iter_mut().zip(prepared) {
+                for (x, axis) in out.iter_mut().zip(axes) {
+                    *x = token.tile(&corner[axis], at);
+                    size = x.abs().max(size);
+                }
+            }
+            let [a, b, c] = corners;
+            // Far smaller than any that matter, far greater than what underflow loses.
+            let error = (size * size).mul_add(token.splat(1.0 / (1 << 17) as f32), token.splat(1e-30));
+            let x = [token.repeat(&spread.middle[0][..], BLOCK, at), token.repeat(&spread.radius[0][..], BLOCK, at)];
+            let y = [token.repeat(&spread.middle[1][..], BLOCK, at), token.repeat(&spread.radius[1][..], BLOCK, at)];
+            let [u, v, w] = [
+                edge::<T>(c, b, x, y, error),
+                edge::<T>(a, c, x, y, error),
+                edge::<T>(b, a, x, y, error),
+            ];
+            let positive_not = u[1].min(v[1]).min(w[1]).lt(zero);
+            let negative_not = u[0].max(v[0]).max(w[0]).gt(zero);
+            touched |= u64::from((!(positive_not & negative_not)).bits()) << at;
+            at += T::LANES;
+        }
+        touched
+    }
+
     #[inline(always)]
     fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
         token: T,
@@ -89,28 +136,17 @@ impl Block for TriangleBlock {
         let inverse_forward = token.load(&shear[2][..], at);
         let shear = [token.load(&shear[0][..], at), token.load(&shear[1][..], at)];
         let ray = ShearedRay { shear, inverse_forward, t_min, t_max };
-        let [a, b, c] = prepared;
-        if COMMON_ORIGIN {
-            let [x, y, z] = AXES[axis % 3];
-            let corners = [
-                splat3(token, [a[x][i], a[y][i], a[z][i]]),
-                splat3(token, [b[x][i], b[y][i], b[z][i]]),
-                splat3(token, [c[x][i], c[y][i], c[z][i]]),
-            ];
-            return triangle(token, token.mask(u32::MAX), corners, &ray);
+        let axes = AXES[axis % 3];
+        let mut corners = [[token.splat(0.0); 3]; 3];
+        for (out, corner) in corners.iter_mut().zip(prepared) {
+            for (x, axis) in out.iter_mut().zip(axes) {
+                *x = token.splat(corner[axis][i]);
+                if !COMMON_ORIGIN {
+                    *x = *x - token.load(&rays.origins()[axis][..], at);
+                }
+            }
         }
-        let a = splat3(token, [a[0][i], a[1][i], a[2][i]]);
-        let b = splat3(token, [b[0][i], b[1][i], b[2][i]]);
-        let c = splat3(token, [c[0][i], c[1][i], c[2][i]]);
-        let origin = load3(token, rays.origins(), at);
-        let axes = token.load_u32(&rays.axes()[..], at);
-        let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
-        let relative = [
-            last_axis::<T>(sub(a, origin), on_y, on_z),
-            last_axis::<T>(sub(b, origin), on_y, on_z),
-            last_axis::<T>(sub(c, origin), on_y, on_z),
-        ];
-        triangle(token, token.mask(u32::MAX), relative, &ray)
+        triangle(token, token.mask(u32::MAX), corners, &ray)
     }
 
     #[inline(always)]
@@ -130,4 +166,15 @@ impl Block for TriangleBlock {
         };
         triangle(token, token.first(BLOCK), corners, &sheared)
     }
+}
+
+/// The least and the greatest `(p x q) . (x, y, 1)` for x and y within a radius of a middle, and `error` beyond.
+#[inline(always)]
+fn edge<T: Token>(p: [T::F32; 3], q: [T::F32; 3], x: [T::F32; 2], y: [T::F32; 2], error: T::F32) -> [T::F32; 2] {
+    let along_x = p[2].neg_mul_add(q[1], p[1] * q[2]);
+    let along_y = p[0].neg_mul_add(q[2], p[2] * q[0]);
+    let constant = p[1].neg_mul_add(q[0], p[0] * q[1]);
+    let middle = along_x.mul_add(x[0], along_y.mul_add(y[0], constant));
+    let radius = along_x.abs().mul_add(x[1], along_y.abs().mul_add(y[1], error));
+    [middle - radius, middle + radius]
 }

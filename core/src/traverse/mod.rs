@@ -13,9 +13,7 @@
 
 #![doc = include_str!("TRAVERSAL.md")]
 
-mod cull;
-mod frusta;
-mod intervals;
+mod beams;
 mod packet;
 mod single;
 
@@ -199,16 +197,4 @@ impl<const N: usize> Target<N> for AnyHit {
     fn set(&mut self, rays: &mut Rays<N>, i: usize, _t: f32, _id: u32) {
         rays.t_max[i] = f32::NEG_INFINITY;
     }
-}
-
-/// Rows of a node's planes that rays of an octant (bit k: axis k is negative) meet first and last.
-#[inline(always)]
-fn node_rows(octant: u8) -> [[usize; 3]; 2] {
-    let mut rows = [[0, 1, 2], [3, 4, 5]];
-    for axis in 0..3 {
-        if octant >> axis & 1 != 0 {
-            (rows[0][axis], rows[1][axis]) = (axis + 3, axis);
-        }
-    }
-    rows
 }

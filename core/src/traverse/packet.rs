@@ -11,10 +11,9 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::cull::{Cull, GROUPS, MIXED, group_size};
-use super::frusta::Frusta;
-use super::intervals::Intervals;
+use super::beams::{Beams, GROUPS, MIXED, group_lanes, group_size};
 use super::{Paths, Roots, Target, single};
+use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
 use crate::kernel::{aabb, load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
@@ -25,6 +24,8 @@ const FEW: usize = 4;
 /// sides of a silhouette) would test them against all that lies between (after Benthin et al., "Combining Single and
 /// Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC Architecture", TVCG 2012).
 const LONELY: u32 = 3;
+/// Words with a bit for each ray of the widest packet.
+const WORDS: usize = 1024 / 64;
 
 #[derive(Clone, Copy)]
 struct Entry {
@@ -45,19 +46,15 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     if range.is_empty() || bvh.primitives() == 0 {
         return Paths::default();
     }
-    let common_origin = rays.properties().contains(Properties::COMMON_ORIGIN);
-    if common_origin || B::SHEARS {
-        rays.shears(token);
-    }
+    rays.shears(token);
     let mut paths = Paths::default();
     let mut stack = [single::Entry::NONE; STACK];
     let single = if range.len() < FEW {
         u32::MAX
-    } else if common_origin {
-        together::<T, N, B, H, Frusta>(token, bvh, rays, target, roots, &mut stack, &mut paths.common_origin)
+    } else if rays.properties().contains(Properties::COMMON_ORIGIN) {
+        together::<T, N, B, H, true>(token, bvh, rays, target, roots, &mut stack, &mut paths.common_origin)
     } else {
-        rays.inverse_directions(token);
-        together::<T, N, B, H, Intervals>(token, bvh, rays, target, roots, &mut stack, &mut paths.general)
+        together::<T, N, B, H, false>(token, bvh, rays, target, roots, &mut stack, &mut paths.general)
     };
     if single != 0 {
         rays.inverse_directions(token);
@@ -73,7 +70,7 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
 
 /// Traces the groups that have something in common; returns the others.
 #[inline(always)]
-fn together<T: Token, const N: usize, B: Block, H: Target<N>, C: Cull>(
+fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGIN: bool>(
     token: T,
     bvh: &Bvh<B>,
     rays: &mut Rays<N>,
@@ -84,10 +81,10 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, C: Cull>(
 ) -> u32 {
     let size = group_size(N);
     let range = rays.range();
-    let mut cull = C::new(token, rays, bvh.scale);
+    let mut beams = Beams::new::<T, N, COMMON_ORIGIN>(token, rays, bvh.scale);
     let (mut left, mut alone) = (0u32, 0u32);
     for group in range.start / size..range.end.div_ceil(size) {
-        if cull.class(group) == MIXED {
+        if beams.class(group) == MIXED {
             alone |= 1 << group;
         } else {
             left |= 1 << group;
@@ -96,108 +93,120 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, C: Cull>(
     }
     let mut stack = [Entry { child: bvh.root, near: 0.0, groups: 0 }; STACK];
     while left != 0 {
-        let class = cull.class(left.trailing_zeros() as usize);
-        let mut groups = 0;
-        for group in 0..GROUPS {
-            groups |= u32::from(cull.class(group) == class) << group;
-        }
+        let class = beams.class(left.trailing_zeros() as usize);
+        let groups = beams.gather::<T, N, COMMON_ORIGIN>(token, rays, class);
         left &= !groups;
-        cull.gather(groups, class);
-        let compact = cull.compact();
-        if !compact {
+        let wide = beams.wide();
+        if wide != 0 {
             rays.inverse_directions(token);
         }
-        let octant = if compact { MIXED } else { rays.octant().unwrap_or(MIXED) };
-        let lanes = [0; GROUPS];
-        let mut walk = Walk { bvh, rays, target, cull: &mut cull, compact, octant, lanes, stack: alone_stack };
+        let octant = if wide == 0 { MIXED } else { rays.octant().unwrap_or(MIXED) };
+        let lanes = [0; WORDS];
+        let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes, stack: alone_stack };
         for child in roots {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, groups };
-            walk.down(token, &mut stack);
+            walk.down::<T, COMMON_ORIGIN>(token, &mut stack);
         }
     }
     alone
 }
 
-struct Walk<'a, const N: usize, B, H, C> {
+struct Walk<'a, const N: usize, B, H> {
     bvh: &'a Bvh<B>,
     rays: &'a mut Rays<N>,
     target: &'a mut H,
-    cull: &'a mut C,
-    /// Are children tested group by group, not ray by ray?
-    compact: bool,
+    beams: &'a mut Beams,
+    /// Groups whose rays are tested one by one.
+    wide: u32,
     /// Signs of all directions (bit k: axis k is negative), or `MIXED`.
     octant: u8,
-    /// Rays of each group: see [`rays_in`](Self::rays_in).
-    lanes: [u64; GROUPS],
+    /// A bit a ray: see [`rays_in`](Self::rays_in).
+    lanes: [u64; WORDS],
     /// For rays that go on alone.
     stack: &'a mut [single::Entry; STACK],
 }
 
-impl<const N: usize, B: Block, H: Target<N>, C: Cull> Walk<'_, N, B, H, C> {
+impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
     /// Walks down from `stack[0]`.
     #[inline(always)]
-    fn down<T: Token>(&mut self, token: T, stack: &mut [Entry; STACK]) {
+    fn down<T: Token, const COMMON_ORIGIN: bool>(&mut self, token: T, stack: &mut [Entry; STACK]) {
         let mut top = 1;
         while top > 0 {
             top -= 1;
-            let entry = stack[top];
-            if entry.near > self.cull.farthest() {
+            let mut entry = stack[top];
+            entry.groups = self.beams.reaching::<T, N>(token, entry.groups, entry.near);
+            if entry.groups == 0 {
                 continue;
             }
-            if entry.child.is_leaf() {
-                self.leaf(token, entry);
-            } else if let Some(node) = self.bvh.nodes.get(entry.child.index()) {
-                self.node(token, node, entry.groups, stack, &mut top);
+            // Down to a leaf by the nearest child each time; the others wait.
+            while !entry.child.is_leaf() {
+                let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
+                entry = self.nearest::<T, COMMON_ORIGIN>(token, node, entry.groups, stack, &mut top);
             }
+            self.leaf::<T, COMMON_ORIGIN>(token, entry);
         }
     }
 
-    /// Pushes the children of `node` that any of the groups' rays meets, the nearest last. Where only a few rays meet a
-    /// child, they go on alone at once.
+    /// The nearest child that any ray of the groups meets ([`Child::EMPTY`] if none); pushes the others, the nearer ones last. Where
+    /// only a few rays meet a child, they go on alone at once.
     #[inline(always)]
-    fn node<T: Token>(&mut self, token: T, node: &Node, groups: u32, stack: &mut [Entry; STACK], top: &mut usize) {
+    fn nearest<T: Token, const COMMON_ORIGIN: bool>(
+        &mut self,
+        token: T,
+        node: &Node,
+        groups: u32,
+        stack: &mut [Entry; STACK],
+        top: &mut usize,
+    ) -> Entry {
+        let lanes = group_lanes(N);
         let mut nears = [0.0f32; 8];
-        let mut met = self.cull.children(token.narrow(), node, &mut nears);
+        let mut met = self.beams.children::<T, N>(token, node, &mut nears) & repeat(groups, lanes);
+        let mut nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, groups: 0 };
         let first = *top;
         while met != 0 {
-            let slot = met.trailing_zeros() as usize % 8;
-            met &= met - 1;
+            let slot = met.trailing_zeros() as usize / lanes % 8;
+            let mut groups = (met >> (slot * lanes)) as u32 & ((1 << lanes) - 1);
+            met &= !(u128::from(groups) << (slot * lanes));
             let child = node.child[slot];
-            let (groups, count) = if self.compact {
-                let several = N > 16 && groups & (groups - 1) != 0;
-                let count = N.div_ceil(group_size(N));
-                let met = if several { self.cull.groups(token.narrow(), node, slot, count) } else { u32::MAX };
-                (groups & met, if groups & met == 0 { 0 } else { u32::MAX })
-            } else {
-                self.rays_in(token, node, slot, groups)
-            };
-            if count == 0 {
+            if groups & self.wide != 0 {
+                let (meeting, count) = self.rays_in::<T, COMMON_ORIGIN>(token, node, slot, groups & self.wide);
+                groups = groups & !self.wide | meeting;
+                if groups == 0 {
+                    continue;
+                }
+                if groups == meeting && count <= LONELY {
+                    self.go_alone(token, child, meeting);
+                    continue;
+                }
+            }
+            let mut entry = Entry { child, near: nears[slot], groups };
+            if nearest.groups == 0 {
+                nearest = entry;
                 continue;
             }
-            if count <= LONELY {
-                self.go_alone(token, child, groups);
-                continue;
+            if entry.near < nearest.near {
+                core::mem::swap(&mut entry, &mut nearest);
             }
-            // Insertion: the farthest child stays lowest.
-            let near = nears[slot];
+            // Insertion: the farthest child stays lowest. The order of any hits is not worth a sort.
             let mut place = *top;
-            while place > first && stack[place - 1].near < near {
+            while !H::ANY && place > first && stack[place - 1].near < entry.near {
                 stack[place] = stack[place - 1];
                 place -= 1;
             }
-            stack[place] = Entry { child, near, groups };
+            stack[place] = entry;
             *top += 1;
         }
+        nearest
     }
 
     /// Which groups have rays that meet a child's box, and how many rays; `self.lanes` says which.
     #[inline(always)]
-    fn rays_in<T: Token>(&mut self, token: T, node: &Node, slot: usize, groups: u32) -> (u32, u32) {
+    fn rays_in<T: Token, const COMMON_ORIGIN: bool>(&mut self, token: T, node: &Node, slot: usize, groups: u32) -> (u32, u32) {
         let size = group_size(N);
-        let margin = self.cull.margin();
+        let margin = self.beams.margin();
         let [mut low, mut high] = [[0.0; 3]; 2];
         for axis in 0..3 {
-            let origin = if C::COMMON_ORIGIN { self.rays.origins()[axis][self.rays.range().start] } else { 0.0 };
+            let origin = if COMMON_ORIGIN { self.rays.origins()[axis][self.rays.range().start] } else { 0.0 };
             low[axis] = node.planes[axis][slot % 8] - (origin + margin);
             high[axis] = node.planes[axis + 3][slot % 8] - (origin - margin);
             if self.octant >> axis & 1 != 0 {
@@ -206,16 +215,16 @@ impl<const N: usize, B: Block, H: Target<N>, C: Cull> Walk<'_, N, B, H, C> {
         }
         let (low, high) = (splat3(token, low), splat3(token, high));
         let (mut met, mut count) = (0, 0);
+        self.lanes[..N.div_ceil(64)].fill(0);
         let mut left = groups;
         while left != 0 {
             let group = left.trailing_zeros() as usize % GROUPS;
             left &= left - 1;
-            let mut lanes = 0u64;
             let mut at = group * size;
             while at < N.min((group + 1) * size) {
                 let inverse = load3(token, self.rays.inverse_columns(), at);
                 let (mut to_low, mut to_high) = (low, high);
-                if !C::COMMON_ORIGIN {
+                if !COMMON_ORIGIN {
                     let origin = load3(token, self.rays.origins(), at);
                     (to_low, to_high) = (sub(low, origin), sub(high, origin));
                 }
@@ -226,27 +235,23 @@ impl<const N: usize, B: Block, H: Target<N>, C: Cull> Walk<'_, N, B, H, C> {
                 } else {
                     aabb::slabs(token, to_low, to_high, inverse, t_min, t_max)
                 };
-                let hit = hit & self.rays.active(token, at);
-                lanes |= u64::from(hit.bits()) << (at - group * size);
+                let hit = (hit & self.rays.active(token, at)).bits();
+                self.lanes[at / 64 % WORDS] |= u64::from(hit) << (at % 64);
+                met |= u32::from(hit != 0) << group;
+                count += hit.count_ones();
                 at += T::LANES;
             }
-            self.lanes[group] = lanes;
-            met |= u32::from(lanes != 0) << group;
-            count += lanes.count_ones();
         }
         (met, count)
     }
 
-    /// Traces the rays in `self.lanes` of the groups through a child, one by one.
+    /// Traces the rays in `self.lanes`, which are of these groups, through a child, one by one.
     #[inline(always)]
     fn go_alone<T: Token>(&mut self, token: T, child: Child, groups: u32) {
-        let mut left = groups;
-        while left != 0 {
-            let group = left.trailing_zeros() as usize % GROUPS;
-            left &= left - 1;
-            let mut lanes = self.lanes[group];
+        for word in 0..N.div_ceil(64) {
+            let mut lanes = self.lanes[word];
             while lanes != 0 {
-                let i = group * group_size(N) + lanes.trailing_zeros() as usize;
+                let i = 64 * word + lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
                 token.run(single::Alone {
                     bvh: self.bvh,
@@ -263,37 +268,32 @@ impl<const N: usize, B: Block, H: Target<N>, C: Cull> Walk<'_, N, B, H, C> {
 
     /// Tests the primitives of a leaf against the rays of the groups.
     #[inline(always)]
-    fn leaf<T: Token>(&mut self, token: T, entry: Entry) {
+    fn leaf<T: Token, const COMMON_ORIGIN: bool>(&mut self, token: T, entry: Entry) {
         let size = group_size(N);
-        let axis = self.cull.axis();
+        let axis = self.beams.axis();
         let Some(blocks) = self.bvh.blocks.get(entry.child.blocks()) else { return };
         let mut changed = 0u32;
         for block in blocks {
-            let prepared = if C::COMMON_ORIGIN {
-                block.prepare::<N, true>(self.rays)
-            } else {
-                block.prepare::<N, false>(self.rays)
-            };
-            for (i, &id) in block.ids().iter().enumerate() {
+            let prepared = block.prepare::<N, COMMON_ORIGIN>(self.rays);
+            let mut pairs = quadruple(entry.groups);
+            if COMMON_ORIGIN {
+                pairs &= B::touches(token, &prepared, axis, self.beams.spread(), entry.groups);
+            }
+            while pairs != 0 {
+                let pair = pairs.trailing_zeros() as usize;
+                pairs &= pairs - 1;
+                let (group, i) = (pair / BLOCK, pair % BLOCK);
+                let id = block.ids()[i];
                 if id == NO_HIT {
-                    break;
+                    continue;
                 }
-                let mut groups = entry.groups;
-                while groups != 0 {
-                    let group = groups.trailing_zeros() as usize;
-                    groups &= groups - 1;
-                    let mut at = group * size;
-                    while at < N.min((group + 1) * size) {
-                        let (hit, t) = if C::COMMON_ORIGIN {
-                            B::test::<T, N, true>(token, &prepared, i, axis, self.rays, at)
-                        } else {
-                            B::test::<T, N, false>(token, &prepared, i, axis, self.rays, at)
-                        };
-                        if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
-                            changed |= 1 << group;
-                        }
-                        at += T::LANES;
+                let mut at = group * size;
+                while at < (group + 1) * size {
+                    let (hit, t) = B::test::<T, N, COMMON_ORIGIN>(token, &prepared, i, axis, self.rays, at);
+                    if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
+                        changed |= 1 << group;
                     }
+                    at += T::LANES;
                 }
             }
         }
@@ -312,13 +312,29 @@ impl<const N: usize, B: Block, H: Target<N>, C: Cull> Walk<'_, N, B, H, C> {
             changed &= changed - 1;
             let mut farthest = minus_inf;
             let mut at = group * size;
-            while at < N.min((group + 1) * size) {
+            while at < (group + 1) * size {
                 let t = token.load(&self.rays.t_max[..], at).select(self.rays.active(token, at), minus_inf);
                 farthest = farthest.max(t);
                 at += T::LANES;
             }
-            self.cull.farthest_of_groups()[group] = farthest.reduce_max();
+            self.beams.shorten::<N>(group, farthest.reduce_max());
         }
-        self.cull.shorten();
     }
+}
+
+/// A mask of `lanes` (4 or 16) bits, eight times.
+#[inline(always)]
+fn repeat(groups: u32, lanes: usize) -> u128 {
+    if lanes == 4 { u128::from(groups * 0x1111_1111) } else { u128::from(groups) * (u128::MAX / 0xffff) }
+}
+
+/// Each of 16 bits four times.
+#[inline(always)]
+fn quadruple(groups: u32) -> u64 {
+    let mut bits = u64::from(groups);
+    bits = (bits | bits << 24) & 0x0000_00ff_0000_00ff;
+    bits = (bits | bits << 12) & 0x000f_000f_000f_000f;
+    bits = (bits | bits << 6) & 0x0303_0303_0303_0303;
+    bits = (bits | bits << 3) & 0x1111_1111_1111_1111;
+    bits * 15
 }
