@@ -26,8 +26,8 @@ pub trait Block: Copy + Send + Sync + 'static {
     }
 
     /// Tests primitive `i` of a prepared block against the rays from `at`: which lanes hit within their intervals, and
-    /// where. All directions have the dominant axis `axis`.
-    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
+    /// where. All directions have the dominant axis `axis`, unless the rays have their `OWN_AXES`.
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
         token: T,
         prepared: &Self::Prepared,
         i: usize,

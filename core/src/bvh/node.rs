@@ -93,13 +93,20 @@ impl Node {
         child: [Child::EMPTY; 8],
     };
 
+    /// A row of planes by its number.
+    #[inline(always)]
+    pub(crate) fn row(&self, row: usize) -> &[f32; 8] {
+        // A comparison that is always true costs less than `% 6`.
+        self.planes.get(row).unwrap_or(&self.planes[0])
+    }
+
     /// Three rows of planes, of the children from `at`.
     #[inline(always)]
     pub(crate) fn rows<T: Token>(&self, token: T, rows: [usize; 3], at: usize) -> [T::F32; 3] {
         [
-            token.load(&self.planes[rows[0] % 6], at),
-            token.load(&self.planes[rows[1] % 6], at),
-            token.load(&self.planes[rows[2] % 6], at),
+            token.load(self.row(rows[0]), at),
+            token.load(self.row(rows[1]), at),
+            token.load(self.row(rows[2]), at),
         ]
     }
 

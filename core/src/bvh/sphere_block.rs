@@ -71,7 +71,7 @@ impl Block for SphereBlock {
     }
 
     #[inline(always)]
-    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
         token: T,
         (center, radius2): &Self::Prepared,
         i: usize,

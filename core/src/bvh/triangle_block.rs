@@ -1,10 +1,11 @@
 //! Four triangles.
 
-use mobula_simd::{F32Lanes, MaskLanes, Token};
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::block::{BLOCK, Block, Spread};
 use super::{Bounds, Bvh, Join};
 use crate::kernel::triangle::{ShearedRay, triangle};
+use crate::rays::last_axis;
 use crate::traverse::SingleRay;
 use crate::{NO_HIT, Rays};
 
@@ -123,7 +124,7 @@ impl Block for TriangleBlock {
     }
 
     #[inline(always)]
-    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
         token: T,
         prepared: &[[[f32; BLOCK]; 3]; 3],
         i: usize,
@@ -136,7 +137,7 @@ impl Block for TriangleBlock {
         let inverse_forward = token.load(&shear[2][..], at);
         let shear = [token.load(&shear[0][..], at), token.load(&shear[1][..], at)];
         let ray = ShearedRay { shear, inverse_forward, t_min, t_max };
-        let axes = AXES[axis % 3];
+        let axes = if OWN_AXES { [0, 1, 2] } else { AXES[axis % 3] };
         let mut corners = [[token.splat(0.0); 3]; 3];
         for (out, corner) in corners.iter_mut().zip(prepared) {
             for (x, axis) in out.iter_mut().zip(axes) {
@@ -144,6 +145,13 @@ impl Block for TriangleBlock {
                 if !COMMON_ORIGIN {
                     *x = *x - token.load(&rays.origins()[axis][..], at);
                 }
+            }
+        }
+        if OWN_AXES {
+            let axes = token.load_u32(&rays.axes()[..], at);
+            let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
+            for corner in &mut corners {
+                *corner = last_axis::<T>(*corner, on_y, on_z);
             }
         }
         triangle(token, token.mask(u32::MAX), corners, &ray)

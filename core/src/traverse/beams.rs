@@ -86,7 +86,7 @@ impl Plane {
     /// The depths of these planes of the children.
     #[inline(always)]
     fn depths<T: Token>(self, token: T, node: &Node, groups: usize, at: usize) -> T::F32 {
-        token.repeat(&node.planes[self.row % 6], groups, at) - token.splat(self.start)
+        token.repeat(node.row(self.row), groups, at) - token.splat(self.start)
     }
 }
 
@@ -228,7 +228,7 @@ impl Beams {
             reach.store(&mut self.reach[..], at);
             at += T::LANES;
         }
-        self.wide &= groups;
+        self.wide = if COMMON_ORIGIN { self.wide & groups } else { groups };
         groups
     }
 
@@ -274,7 +274,7 @@ impl Beams {
         let mut at = 0;
         while at < 8 {
             let narrow = token.narrow();
-            let depth = narrow.load(&node.planes[self.near.row % 6], at) - narrow.splat(self.near.start);
+            let depth = narrow.load(node.row(self.near.row), at) - narrow.splat(self.near.start);
             (depth * narrow.splat(self.least_inverse)).store(near, at);
             at += <T::Narrow as Token>::LANES;
         }
@@ -300,11 +300,13 @@ impl Beams {
 
     /// After hits: the rays of a group reach no farther than this.
     #[inline(always)]
-    pub(super) fn shorten<const N: usize>(&mut self, group: usize, farthest: f32) {
-        let mut at = group;
+    pub(super) fn shorten<T: Token, const N: usize>(&mut self, token: T, group: usize, farthest: f32) {
+        let lanes = if group_lanes(N) == 4 { 0x1111 } else { 1 } << group;
+        // A whole vector, though one value changes: what is stored in parts is not there for the next load.
+        let mut at = 0;
         while at < GROUPS {
-            self.reach[at] = farthest;
-            at += group_lanes(N);
+            token.splat(farthest).store_masked(&mut self.reach[..], at, token.mask(lanes >> at));
+            at += T::LANES;
         }
     }
 
@@ -378,7 +380,7 @@ impl Side {
     /// Where the boxes end on this side.
     #[inline(always)]
     fn x<T: Token>(&self, token: T, node: &Node, lanes: usize, at: usize) -> T::F32 {
-        token.repeat(&node.planes[self.x % 6], lanes, at)
+        token.repeat(node.row(self.x), lanes, at)
     }
 
     /// Where the beams end on this side, at the boxes' depth.
@@ -390,7 +392,7 @@ impl Side {
 }
 
 /// Groups of rays whose slopes differ by more than this (a tile of 4x4 pixels is a few thousandths wide) have come apart.
-const WIDE: f32 = 1.0 / 32.0;
+const WIDE: f32 = 1.0 / 100.0;
 /// How many times as wide as the slopes the bases may be, as a share of the scene.
 const SPREAD: f32 = 2.0;
 

@@ -14,6 +14,7 @@
 #![doc = include_str!("TRAVERSAL.md")]
 
 mod beams;
+mod loose;
 mod packet;
 mod single;
 

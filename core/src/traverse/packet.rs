@@ -12,6 +12,7 @@
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::beams::{Beams, GROUPS, MIXED, group_lanes, group_size};
+use super::loose::{Loose, TOGETHER};
 use super::{Paths, Roots, Target, single};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
@@ -27,11 +28,14 @@ const LONELY: u32 = 3;
 /// Words with a bit for each ray of the widest packet.
 const WORDS: usize = 1024 / 64;
 
+/// A subtree that waits, and for whom.
 #[derive(Clone, Copy)]
-struct Entry {
-    child: Child,
-    near: f32,
-    groups: u32,
+pub(super) struct Entry {
+    pub(super) child: Child,
+    /// Where it is entered at the earliest.
+    pub(super) near: f32,
+    /// The groups (of [`Loose`] the rays) that may meet it.
+    pub(super) groups: u32,
 }
 
 #[inline(always)]
@@ -58,11 +62,20 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     };
     if single != 0 {
         rays.inverse_directions(token);
-        for i in range {
-            if single >> (i / group_size(N)) & 1 != 0 {
-                token.run(single::Alone { bvh, rays, target, roots, stack: &mut stack, i });
-                paths.single += 1;
+        let mut entries = [Entry { child: bvh.root, near: 0.0, groups: 0 }; STACK];
+        let mut at = range.start / TOGETHER * TOGETHER;
+        while at < range.end {
+            if single >> (at / group_size(N)) & 1 != 0 {
+                let mut active = 0;
+                let mut lane = 0;
+                while lane < TOGETHER {
+                    active |= rays.active(token, at + lane).bits() << lane;
+                    lane += T::LANES;
+                }
+                paths.single += u64::from(active.count_ones());
+                Loose::new(token, bvh, rays, target, at, &mut stack).down(token, active, roots, &mut entries);
             }
+            at += TOGETHER;
         }
     }
     paths
@@ -163,10 +176,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         let mut met = self.beams.children::<T, N>(token, node, &mut nears) & repeat(groups, lanes);
         let mut nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, groups: 0 };
         let first = *top;
-        while met != 0 {
-            let slot = met.trailing_zeros() as usize / lanes % 8;
-            let mut groups = (met >> (slot * lanes)) as u32 & ((1 << lanes) - 1);
-            met &= !(u128::from(groups) << (slot * lanes));
+        while let Some((slot, mut groups)) = next_child(&mut met, lanes) {
             let child = node.child[slot];
             if groups & self.wide != 0 {
                 let (meeting, count) = self.rays_in::<T, COMMON_ORIGIN>(token, node, slot, groups & self.wide);
@@ -289,7 +299,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                 }
                 let mut at = group * size;
                 while at < (group + 1) * size {
-                    let (hit, t) = B::test::<T, N, COMMON_ORIGIN>(token, &prepared, i, axis, self.rays, at);
+                    let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at);
                     if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
                         changed |= 1 << group;
                     }
@@ -317,9 +327,24 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                 farthest = farthest.max(t);
                 at += T::LANES;
             }
-            self.beams.shorten::<N>(group, farthest.reduce_max());
+            self.beams.shorten::<T, N>(token, group, farthest.reduce_max());
         }
     }
+}
+
+/// Takes the first child that any group meets out of `met`, which has `lanes` (4 or 16) bits a child.
+#[inline(always)]
+fn next_child(met: &mut u128, lanes: usize) -> Option<(usize, u32)> {
+    let low = *met as u64;
+    let (shift, half) = if lanes == 4 || low != 0 { (0, low) } else { (4, (*met >> 64) as u64) };
+    if half == 0 {
+        return None;
+    }
+    let slot = half.trailing_zeros() as usize / lanes;
+    let groups = (half >> (slot * lanes)) as u32 & ((1 << lanes) - 1);
+    let left = half & !(u64::from(groups) << (slot * lanes));
+    *met = if shift == 0 { *met & !u128::from(u64::MAX) | u128::from(left) } else { u128::from(left) << 64 };
+    Some(((slot + shift) % 8, groups))
 }
 
 /// A mask of `lanes` (4 or 16) bits, eight times.

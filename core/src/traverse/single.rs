@@ -132,7 +132,7 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             let mut child = stack[top].child;
             while !child.is_leaf() {
                 let Some(node) = self.bvh.nodes.get(child.index()) else { return };
-                child = self.nearest(node, stack, &mut top);
+                child = self.nearest::<N, H>(node, stack, &mut top);
             }
             self.leaf(child);
             if H::ANY && self.found.is_some() {
@@ -143,7 +143,12 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
 
     /// The nearest child that the ray meets ([`Child::EMPTY`] if none); pushes the others, the nearer ones last.
     #[inline(always)]
-    fn nearest(&self, node: &Node, stack: &mut [Entry; STACK], top: &mut usize) -> Child {
+    fn nearest<const N: usize, H: Target<N>>(
+        &self,
+        node: &Node,
+        stack: &mut [Entry; STACK],
+        top: &mut usize,
+    ) -> Child {
         let token = self.token;
         let mut met = 0u32;
         let mut nears = [0.0f32; 8];
@@ -172,11 +177,12 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
             let mut entry = Entry { child: node.child[slot], near: nears[slot] };
-            if entry.near < nearest.near {
+            // The order of any hits is not worth a sort.
+            if !H::ANY && entry.near < nearest.near {
                 core::mem::swap(&mut entry, &mut nearest);
             }
             let mut place = *top;
-            while place > first && stack[place - 1].near < entry.near {
+            while !H::ANY && place > first && stack[place - 1].near < entry.near {
                 stack[place] = stack[place - 1];
                 place -= 1;
             }
