@@ -40,10 +40,14 @@ pub trait Block: Copy + Send + Sync + 'static {
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32);
 }
 
-/// The slopes (see [`Rays::shears`]) of the rays of each group, a group a lane.
+/// The slopes (see [`Rays::shears`]) of the rays of each group, a group a lane, from the middle of all.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
-    /// The middle of x and y.
+    /// The middle of all slopes, x and y.
+    pub center: [f32; 2],
+    /// The farthest that any slope is from it.
+    pub reach: f32,
+    /// The middle of each group's, less that of all.
     pub middle: [Column<f32, 16>; 2],
     /// How far from it any ray of the group may be.
     pub radius: [Column<f32, 16>; 2],
@@ -51,19 +55,33 @@ pub struct Spread {
 
 impl Default for Spread {
     fn default() -> Self {
-        Self { middle: [Column::splat(0.0); 2], radius: [Column::splat(0.0); 2] }
+        Self { center: [0.0; 2], reach: 0.0, middle: [Column::splat(0.0); 2], radius: [Column::splat(0.0); 2] }
     }
 }
 
+/// More than rounding takes from the middle and the radius of slopes, which are at most 1 in size.
+const ROUNDING: f32 = 4.0 * f32::EPSILON;
+
 impl Spread {
-    /// Sets the least and the greatest slopes of the groups from `at`.
+    /// Sets the least and the greatest slopes of all rays.
+    #[inline(always)]
+    pub(crate) fn center(&mut self, least: [f32; 2], greatest: [f32; 2]) {
+        self.reach = 0.0;
+        for k in 0..2 {
+            self.center[k] = 0.5 * (least[k] + greatest[k]);
+            let reach = 0.5 * (greatest[k] - least[k]) + ROUNDING;
+            self.reach = if reach > self.reach { reach } else { self.reach };
+        }
+    }
+
+    /// Sets the least and the greatest slopes of the groups from `at`, after those of all.
     #[inline(always)]
     pub(crate) fn set<T: Token>(&mut self, token: T, at: usize, [least, greatest]: [[T::F32; 2]; 2]) {
         let half = token.splat(0.5);
         for k in 0..2 {
-            ((least[k] + greatest[k]) * half).store(&mut self.middle[k][..], at);
-            // Rounded up: slopes are at most 1 in size.
-            let radius = (greatest[k] - least[k]).mul_add(half, token.splat(4.0 * f32::EPSILON));
+            let middle = (least[k] + greatest[k]).mul_sub(half, token.splat(self.center[k]));
+            middle.store(&mut self.middle[k][..], at);
+            let radius = (greatest[k] - least[k]).mul_add(half, token.splat(ROUNDING));
             radius.store(&mut self.radius[k][..], at);
         }
     }

@@ -103,11 +103,7 @@ impl Node {
     /// Three rows of planes, of the children from `at`.
     #[inline(always)]
     pub(crate) fn rows<T: Token>(&self, token: T, rows: [usize; 3], at: usize) -> [T::F32; 3] {
-        [
-            token.load(self.row(rows[0]), at),
-            token.load(self.row(rows[1]), at),
-            token.load(self.row(rows[2]), at),
-        ]
+        [token.load(self.row(rows[0]), at), token.load(self.row(rows[1]), at), token.load(self.row(rows[2]), at)]
     }
 
     /// Puts a child at `slot`.

@@ -76,9 +76,11 @@ impl Block for TriangleBlock {
     /// The edge functions of the triangle test are linear in the slopes of a ray; here they are bounded over those of a group.
     /// A triangle is left out if one of them is negative for all rays and one positive.
     ///
-    /// Let R be the greatest size of the corners' coordinates and u = 2^-24. Sheared corners are at most 2 R, with an error of
-    /// 3 uR; an edge function of the test, of two products of them, errs by at most 40 uR^2; the one here by 26 uR^2 from its
-    /// coefficients, products and sums. So 66 uR^2 < 2^-17 R^2 is between them.
+    /// Corners are sheared by the middle of all rays first, so that they are small where the triangle is near the rays, and so
+    /// is what is lost to rounding. Let u = 2^-24, Z the greatest depth of a corner, and X a bound on all sheared corners for all
+    /// rays of the packet. The exact test shears corners with an error of u (Z + X) and rounds products of at most X^2: its
+    /// edge functions err by at most u (4 Z X + 6 X^2). Ours have the same error in the corners and the rounding of nine
+    /// products of at most 2 X^2: u (4 Z X + 36 X^2). [`SLACK`] is more than half again of both.
     #[inline(always)]
     fn touches<T: Token>(
         token: T,
@@ -98,23 +100,23 @@ impl Block for TriangleBlock {
                 continue;
             }
             let mut corners = [[zero; 3]; 3];
-            let mut size = zero;
+            let (mut wide, mut deep) = (zero, zero);
             for (out, corner) in corners.iter_mut().zip(prepared) {
-                for (x, axis) in out.iter_mut().zip(axes) {
-                    *x = token.tile(&corner[axis], at);
-                    size = x.abs().max(size);
-                }
+                let depth = token.tile(&corner[axes[2]], at);
+                let x = token.splat(spread.center[0]).neg_mul_add(depth, token.tile(&corner[axes[0]], at));
+                let y = token.splat(spread.center[1]).neg_mul_add(depth, token.tile(&corner[axes[1]], at));
+                wide = x.abs().max(wide).max(y.abs());
+                deep = depth.abs().max(deep);
+                *out = [x, y, depth];
             }
             let [a, b, c] = corners;
-            // Far smaller than any that matter, far greater than what underflow loses.
-            let error = (size * size).mul_add(token.splat(1.0 / (1 << 17) as f32), token.splat(1e-30));
+            let wide = deep.mul_add(token.splat(spread.reach), wide);
+            let slack = deep.mul_add(token.splat(SLACK[1]), wide * token.splat(SLACK[0]));
+            // And more than what underflow loses.
+            let error = slack.mul_add(wide, token.splat(1e-30));
             let x = [token.repeat(&spread.middle[0][..], BLOCK, at), token.repeat(&spread.radius[0][..], BLOCK, at)];
             let y = [token.repeat(&spread.middle[1][..], BLOCK, at), token.repeat(&spread.radius[1][..], BLOCK, at)];
-            let [u, v, w] = [
-                edge::<T>(c, b, x, y, error),
-                edge::<T>(a, c, x, y, error),
-                edge::<T>(b, a, x, y, error),
-            ];
+            let [u, v, w] = [edge::<T>(c, b, x, y, error), edge::<T>(a, c, x, y, error), edge::<T>(b, a, x, y, error)];
             let positive_not = u[1].min(v[1]).min(w[1]).lt(zero);
             let negative_not = u[0].max(v[0]).max(w[0]).gt(zero);
             touched |= u64::from((!(positive_not & negative_not)).bits()) << at;
@@ -175,6 +177,9 @@ impl Block for TriangleBlock {
         triangle(token, token.first(BLOCK), corners, &sheared)
     }
 }
+
+/// By X^2 and by Z X: see [`touches`](TriangleBlock::touches).
+const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 16.0 / (1 << 24) as f32];
 
 /// The least and the greatest `(p x q) . (x, y, 1)` for x and y within a radius of a middle, and `error` beyond.
 #[inline(always)]

@@ -135,7 +135,8 @@ impl Beams {
         } else {
             for group in range.start / size..range.end.div_ceil(size) {
                 for axis in 0..3 {
-                    let (least, greatest) = (beams.origin[0][axis][group % GROUPS], beams.origin[1][axis][group % GROUPS]);
+                    let (least, greatest) =
+                        (beams.origin[0][axis][group % GROUPS], beams.origin[1][axis][group % GROUPS]);
                     beams.scale = max(max(least.abs(), greatest.abs()), beams.scale);
                 }
             }
@@ -168,8 +169,10 @@ impl Beams {
         let [x, y, z] = AXES[axis];
         let margin = self.margin();
         // As they are in front of `start`: turned where z falls.
-        let [least_x, least_y] = [0, 1].map(|k| if backward { -greatest(&self.slope[1][k], groups) } else { least(&self.slope[0][k], groups) });
-        let [most_x, most_y] = [0, 1].map(|k| if backward { -least(&self.slope[0][k], groups) } else { greatest(&self.slope[1][k], groups) });
+        let [least_x, least_y] = [0, 1]
+            .map(|k| if backward { -greatest(&self.slope[1][k], groups) } else { least(&self.slope[0][k], groups) });
+        let [most_x, most_y] = [0, 1]
+            .map(|k| if backward { -least(&self.slope[0][k], groups) } else { greatest(&self.slope[1][k], groups) });
         let (first, last) = if backward {
             (greatest(&self.origin[1][z], groups), least(&self.origin[0][z], groups))
         } else {
@@ -195,6 +198,11 @@ impl Beams {
         };
         self.wide = 0;
         let widths = token.splat(self.scale * (WIDE / SPREAD));
+        if COMMON_ORIGIN {
+            let [x, y] = [0, 1].map(|k| least(&self.slope[0][k], groups));
+            let [most_x, most_y] = [0, 1].map(|k| greatest(&self.slope[1][k], groups));
+            self.spread.center([x, y], [most_x, most_y]);
+        }
         let mut at = 0;
         while at < GROUPS {
             let travels = token.mask(if lanes == 4 { groups * 0x1111 } else { groups } >> at);
@@ -218,10 +226,14 @@ impl Beams {
                 (bases[1] + token.splat(margin)).store(&mut self.side[k + 2].base[..], at);
             }
             if COMMON_ORIGIN {
-                self.spread.set(token, at, [
-                    [row(token, &self.slope[0][0], lanes, at), row(token, &self.slope[0][1], lanes, at)],
-                    [row(token, &self.slope[1][0], lanes, at), row(token, &self.slope[1][1], lanes, at)],
-                ]);
+                self.spread.set(
+                    token,
+                    at,
+                    [
+                        [row(token, &self.slope[0][0], lanes, at), row(token, &self.slope[0][1], lanes, at)],
+                        [row(token, &self.slope[1][0], lanes, at), row(token, &self.slope[1][1], lanes, at)],
+                    ],
+                );
             }
             row(token, &self.inverse, lanes, at).store(&mut self.inverse[..], at);
             let reach = row(token, &self.t_max, lanes, at).select(travels, token.splat(f32::NEG_INFINITY));

@@ -14,8 +14,10 @@ use crate::{Column, NO_HIT, Rays};
 
 /// Rays that go together.
 pub(super) const TOGETHER: usize = 16;
-/// So few rays go on alone.
-const LONELY: u32 = 2;
+/// So few rays go on alone; those that look for the nearest hit a little earlier, as they want an order of their own.
+const fn lonely(any: bool) -> u32 {
+    if any { 2 } else { 4 }
+}
 
 /// The rays `at..at + 16` of a packet.
 pub(super) struct Loose<'a, const N: usize, B, H> {
@@ -70,11 +72,11 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 top -= 1;
                 let mut entry = stack[top];
                 entry.groups &= self.reaching(token, entry.near);
-                while !entry.child.is_leaf() && entry.groups.count_ones() > LONELY {
+                while !entry.child.is_leaf() && entry.groups.count_ones() > lonely(H::ANY) {
                     let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
                     entry = self.nearest(token, node, entry.groups, stack, &mut top);
                 }
-                if entry.groups.count_ones() > LONELY {
+                if entry.groups.count_ones() > lonely(H::ANY) {
                     self.leaf(token, entry);
                 } else {
                     self.go_alone(token, entry);

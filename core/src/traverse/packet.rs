@@ -211,7 +211,13 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
 
     /// Which groups have rays that meet a child's box, and how many rays; `self.lanes` says which.
     #[inline(always)]
-    fn rays_in<T: Token, const COMMON_ORIGIN: bool>(&mut self, token: T, node: &Node, slot: usize, groups: u32) -> (u32, u32) {
+    fn rays_in<T: Token, const COMMON_ORIGIN: bool>(
+        &mut self,
+        token: T,
+        node: &Node,
+        slot: usize,
+        groups: u32,
+    ) -> (u32, u32) {
         let size = group_size(N);
         let margin = self.beams.margin();
         let [mut low, mut high] = [[0.0; 3]; 2];

@@ -143,12 +143,7 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
 
     /// The nearest child that the ray meets ([`Child::EMPTY`] if none); pushes the others, the nearer ones last.
     #[inline(always)]
-    fn nearest<const N: usize, H: Target<N>>(
-        &self,
-        node: &Node,
-        stack: &mut [Entry; STACK],
-        top: &mut usize,
-    ) -> Child {
+    fn nearest<const N: usize, H: Target<N>>(&self, node: &Node, stack: &mut [Entry; STACK], top: &mut usize) -> Child {
         let token = self.token;
         let mut met = 0u32;
         let mut nears = [0.0f32; 8];
