@@ -155,6 +155,14 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
         &mut self.parts().1.callbacks
     }
 
+    /// How many threads the next run begins with. (While running: [`Handle::set_threads`].) Errors when there cannot be so
+    /// many.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), ThreadCountError> {
+        threads::check_thread_count(threads)?;
+        self.parts().1.threads = threads;
+        Ok(())
+    }
+
     /// The state, between runs.
     pub fn state(&mut self) -> &mut S {
         &mut self.parts().0.state
