@@ -4,9 +4,12 @@
 //! dearest items first: what is dear begins early, and what is left at the end is small (Graham 1969, longest processing
 //! time first).
 //!
-//! The items are cut into assignments beforehand. In each round, which has one assignment for each thread, half of the
-//! cost that is left is dealt out. The first round needs no counter. In the later ones the threads of a group share one,
-//! and go to the other groups when their own has nothing left.
+//! The items are cut into assignments beforehand. In each round, which has one assignment for each thread, a third of the
+//! cost that is left is dealt out. The first round needs no counter, but for the last thread: it may come late, since it
+//! is the one that plans the next frame. In the later rounds the threads of a group share a counter, and go to two other
+//! groups when their own has nothing left: not to all, or in the end all threads would queue at all counters.
+//!
+//! The numbers were tuned in the simulation of 126 to 512 processors (`benches/record/2026-11-24-scaling.md`).
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,7 +20,13 @@ use super::places::Places;
 use super::{LoadBalancer, check};
 
 /// Threads that share a counter.
-const GROUP: usize = 32;
+const GROUP: usize = 16;
+
+/// Groups that a thread goes to: its own and these.
+const OTHERS: usize = 2;
+
+/// A round hands out this part of the cost that is left.
+const PART: f64 = 1.0 / 3.0;
 
 /// An assignment costs no less than this part of a thread's share, unless it is a single item.
 const LEAST: f64 = 1.0 / 128.0;
@@ -38,8 +47,8 @@ impl ByCost {
         let share = (0..items).map(&cost).sum::<f64>() / threads as f64;
         let (mut left, mut item) = (share, 0);
         while item < items {
-            // `left` is per thread: a round hands out half of it to each.
-            let quota = (left / 2.0).max(share * LEAST);
+            // `left` is per thread.
+            let quota = (left * PART).max(share * LEAST);
             for _ in 0..threads {
                 let mut sum = 0.0;
                 while item < items && (sum == 0.0 || sum + cost(item) / 2.0 <= quota) {
@@ -55,8 +64,9 @@ impl ByCost {
         self.first.reset(threads);
         self.groups.resize_with(threads.div_ceil(GROUP), Default::default);
         for (group, counter) in self.groups.iter_mut().enumerate() {
-            // Its first round is dealt already.
-            *counter.get_mut() = members(group, threads).len();
+            // Its first round is dealt already, but for the last thread's.
+            let members = members(group, threads);
+            *counter.get_mut() = members.len() - usize::from(members.end == threads);
         }
     }
 
@@ -105,11 +115,12 @@ impl LoadBalancer for ByCost {
 
     fn next_touching(&self, thread: usize, touched: &mut dyn FnMut(usize)) -> Option<Range<usize>> {
         if self.first.advance(thread)? == 0
+            && thread + 1 < self.first.threads()
             && let Some(first) = self.assignment(thread)
         {
             return Some(first);
         }
         let (own, groups) = (thread / GROUP, self.groups.len());
-        (own..own + groups).find_map(|group| self.take(group % groups, touched))
+        (own..own + groups.min(1 + OTHERS)).find_map(|group| self.take(group % groups, touched))
     }
 }

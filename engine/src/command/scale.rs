@@ -34,9 +34,9 @@ pub(crate) struct ScaleOptions {
     #[arg(long, value_name = "PIXELS", default_value_t = TileSize::default().width as u32, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) tile: u32,
 
-    /// How far the eye turns from one frame of the projection to the next, in degrees: frames are planned by what those
-    /// before them cost
-    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, allow_hyphen_values = true)]
+    /// How far the eye turns from one frame of the projection to the next, in degrees (0.05: 60 degrees a second at 1200
+    /// frames a second): frames are planned by what those before them cost
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.05, allow_hyphen_values = true)]
     pub(crate) turn: f32,
 
     /// Draw speed-up against processors, beside the paper's Figure 8

@@ -47,6 +47,9 @@ pub struct Plan {
 /// Frames of the projection: half of them to learn from.
 const PROJECTED: usize = 6;
 
+/// Frames without rendering.
+const EMPTY: u64 = 2000;
+
 /// Frames on so many threads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThreadRun {
@@ -98,13 +101,13 @@ pub fn measure(
             turn(pipeline, threads, 2)?; // what a balancer wants to know
             let report = turn(pipeline, threads, plan.frames)?;
             frames[place].push(report.frame_times.median);
-            let per_frame = |seconds: f64| seconds / report.frames.max(1) as f64;
-            if threads == 1 {
-                serial.push(per_frame(report.serial_seconds));
-                let shown = report.stages.iter().filter(|stage| stage.name == "display");
-                display.push(per_frame(shown.map(|stage| stage.seconds).sum()));
-            }
         }
+        // Frames in which nothing is rendered: what is left is the pipeline's own.
+        pipeline.state().traverser = TraverserKind::Null.build(plan.tile, plan.balancer);
+        let report = turn(pipeline, 1, EMPTY)?;
+        let shown = report.stages.iter().filter(|stage| stage.name == "display");
+        serial.push(report.serial_seconds / EMPTY as f64);
+        display.push(shown.map(|stage| stage.seconds).sum::<f64>() / EMPTY as f64);
         // The least of the rounds: whatever disturbs these only adds to them.
         crossing = crossing.min(crossing_of_two());
         handover = handover.min(handover_of_two());
