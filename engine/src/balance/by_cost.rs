@@ -79,7 +79,8 @@ impl ByCost {
     /// The next assignment of a group.
     fn take(&self, group: usize, touched: &mut dyn FnMut(usize)) -> Option<Range<usize>> {
         let (counter, members) = (&self.groups[group], members(group, self.first.threads()));
-        let number = |taken: usize| taken / members.len() * self.first.threads() + members.start + taken % members.len();
+        let number =
+            |taken: usize| taken / members.len() * self.first.threads() + members.start + taken % members.len();
         touched(group);
         // Relaxed, both: that no two threads get one number is all that is needed. The look beforehand spares the line of a
         // group that has nothing left from being written by all who come by.
@@ -102,7 +103,9 @@ impl LoadBalancer for ByCost {
 
     fn reset_with_costs(&mut self, costs: &[f32], threads: usize) {
         // A cost that is none counts as nothing.
-        self.cut(costs.len(), threads, |item| Some(f64::from(costs[item])).filter(|cost| cost.is_finite() && *cost > 0.0).unwrap_or(0.0));
+        self.cut(costs.len(), threads, |item| {
+            Some(f64::from(costs[item])).filter(|cost| cost.is_finite() && *cost > 0.0).unwrap_or(0.0)
+        });
     }
 
     fn another(&self) -> Box<dyn LoadBalancer> {

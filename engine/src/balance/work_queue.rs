@@ -30,12 +30,7 @@ impl WorkQueue {
     /// A queue that hands out `1 / granularity` of what is left in each round of one assignment per thread. 1: one round
     /// of equal shares; larger: smaller assignments from the start, more of them, and a more even end.
     pub fn new(granularity: usize) -> Self {
-        Self {
-            granularity: granularity.max(1),
-            next: CachePadded::new(AtomicUsize::new(0)),
-            items: 0,
-            threads: 1,
-        }
+        Self { granularity: granularity.max(1), next: CachePadded::new(AtomicUsize::new(0)), items: 0, threads: 1 }
     }
 
     /// Assignment `number` of the queue.

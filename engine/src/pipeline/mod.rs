@@ -66,7 +66,7 @@ use crossbeam_utils::sync::Parker;
 
 pub use callback::{CallbackId, Callbacks, Worker};
 pub use config::Config;
-pub use display::{Display, DisplayStage, NullDisplay, Picture, Shown};
+pub use display::{Display, DisplayStage, NullDisplay, Picture, Shown, display};
 pub use fault::Fault;
 pub use report::{FrameTimes, Report, StageReport, ThreadReport};
 pub use safe_point::{Channel, SafePoint};
@@ -132,7 +132,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
     pub fn add_channel(&mut self, name: impl Into<String>, size: Size) -> usize {
         let (shared, leader) = self.parts();
         let index = shared.channels.len();
-        shared.channels.push(Channel { name: name.into(), size });
+        shared.channels.push(Channel { name: name.into(), size, open: true });
         shared.buffers.add_channel(size);
         leader.new_channels.push(index);
         index

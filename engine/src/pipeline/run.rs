@@ -206,6 +206,9 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
         (shared.members, shared.pinning) = (members, pinning);
         turn.set_threads(count);
         self.pipeline.inbox.progress.threads.store(count, Ordering::Relaxed);
+        if self.pipeline.config.pin && !pinning {
+            self.note(format!("{count} threads are not pinned: there are {} cores", cores().len()));
+        }
         if count > cores().len().max(1) {
             self.report.lock().unwrap_or_else(PoisonError::into_inner).oversubscribed = true;
         }

@@ -214,8 +214,7 @@ impl Frame<'_> {
         while let Some(Reverse((_, processor))) = events.pop() {
             let asked = now[processor];
             let mut got = asked;
-            let items =
-                deal.next(processor, &mut |line| got = lines.entry(line).or_default().pass(got, handover));
+            let items = deal.next(processor, &mut |line| got = lines.entry(line).or_default().pass(got, handover));
             got += take;
             asking += got - asked;
             now[processor] = got;
@@ -352,11 +351,9 @@ mod tests {
         assert!(imbalance > 0.0 && cutting.abs() < 1e-9 && others.iter().all(|&share| share > 0.0), "{worst:?}");
         let useful = 5000.0 * 1e-4 / (64.0 * worst.seconds);
         assert!((lost(worst).iter().sum::<f64>() + useful - 1.0).abs() < 1e-9, "the shares add up: {worst:?}");
-        for better in [
-            Costs { crossing: 0.0, ..costs.clone() },
-            Costs { serial: 0.0, ..costs.clone() },
-            costs.with_handover(0.0),
-        ] {
+        for better in
+            [Costs { crossing: 0.0, ..costs.clone() }, Costs { serial: 0.0, ..costs.clone() }, costs.with_handover(0.0)]
+        {
             assert!(play(&better, 5000, "work-queue", 64).lost.barrier <= worst.lost.barrier);
             assert!(play(&better, 5000, "work-queue", 64).seconds < worst.seconds + 1e-6);
         }
