@@ -95,7 +95,8 @@ impl TileCosts {
     /// Plans a frame for so many threads.
     pub(super) fn plan(&self, threads: usize, order: &mut Order) {
         let total: f32 = (0..self.tiles.len()).map(|tile| self.cost(tile, WHOLE)).sum();
-        let share = total / threads as f32;
+        // One thread shares with nobody: nothing is cut or moved.
+        let share = if threads == 1 { f32::INFINITY } else { total / threads as f32 };
         order.unsorted.clear();
         for tile in 0..self.tiles.len() {
             self.add(tile, WHOLE, self.cost(tile, WHOLE), true, share, &mut order.unsorted);

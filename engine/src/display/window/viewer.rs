@@ -254,13 +254,14 @@ impl Viewer {
         let Chosen { renderer, sampler, shadows, .. } = self.chosen;
         let shadows = if shadows { "shadows" } else { "no shadows" };
         window.set_title(&format!(
-            "mobula: {} | {} | {:.1} frames/s, {:.1} Mrays/s | {}, {} threads | {renderer}, {sampler}, {shadows} | h: help",
+            "mobula: {} | {} | {:.1} frames/s, {:.1} Mrays/s | {}, {} thread{} | {renderer}, {sampler}, {shadows} | h: help",
             self.name,
             self.size,
             1.0 / seconds,
             rays / seconds * 1e-6,
             self.engine,
             self.threads,
+            if self.threads == 1 { "" } else { "s" },
         ));
         self.title_set = Some(Instant::now());
         self.title_due = None;
