@@ -152,8 +152,9 @@ fn every_component_in_any_frame_on_any_thread() {
     bystander.run(1).expect("nothing fails");
     let before: Vec<u32> = bystander.picture(0).expect("a picture").1.pixels().collect();
 
-    let components = ["camera", "pixel sampler", "renderer", "material", "light", "background", "frail display"];
-    let places = (prop::sample::select(&components[..]), 0..200_u64, prop::sample::select(&[1_usize, 2, 8][..]));
+    const COMPONENTS: [&str; 7] =
+        ["camera", "pixel sampler", "renderer", "material", "light", "background", "frail display"];
+    let places = (prop::sample::select(&COMPONENTS[..]), 0..200_u64, prop::sample::select(vec![1_usize, 2, 8]));
     let mut runner = TestRunner::new(ProptestConfig::with_cases(40));
     let result = runner.run(&places, |(component, calls, threads)| {
         let fault = strike(component, Bomb::new(calls), threads);

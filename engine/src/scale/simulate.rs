@@ -308,7 +308,7 @@ mod tests {
         for balancer in ["work-queue", "work-queue:3", "by-cost", "cyclic", "static"] {
             for processors in [1, 2, 64, 512] {
                 let projection = play(&even(512 * 12), 512 * 12, balancer, processors);
-                assert!((projection.efficiency - 1.0).abs() < 0.02, "{balancer}: {projection:?}");
+                assert!((projection.efficiency - 1.0).abs() < 0.03, "{balancer}: {projection:?}");
             }
         }
     }
@@ -351,12 +351,11 @@ mod tests {
         assert!(imbalance > 0.0 && cutting.abs() < 1e-9 && others.iter().all(|&share| share > 0.0), "{worst:?}");
         let useful = 5000.0 * 1e-4 / (64.0 * worst.seconds);
         assert!((lost(worst).iter().sum::<f64>() + useful - 1.0).abs() < 1e-9, "the shares add up: {worst:?}");
-        for better in
-            [Costs { crossing: 0.0, ..costs.clone() }, Costs { serial: 0.0, ..costs.clone() }, costs.with_handover(0.0)]
-        {
-            assert!(play(&better, 5000, "work-queue", 64).lost.barrier <= worst.lost.barrier);
-            assert!(play(&better, 5000, "work-queue", 64).seconds < worst.seconds + 1e-6);
-        }
+        let without = |costs: Costs| play(&costs, 5000, "work-queue", 64).lost;
+        assert!(without(Costs { crossing: 0.0, ..costs.clone() }).barrier < worst.lost.barrier);
+        assert_eq!(without(Costs { serial: 0.0, ..costs.clone() }).serial, 0.0);
+        assert_eq!(without(Costs { display: 0.0, ..costs.clone() }).single, 0.0);
+        assert!(without(costs.with_handover(0.0)).barrier < worst.lost.barrier);
     }
 
     #[test]

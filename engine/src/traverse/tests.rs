@@ -154,7 +154,9 @@ fn what_is_dear_is_cut_and_begun_first() {
             uneven.0.lock().unwrap().clear();
             tiled.begin(&[picture], threads, false);
             // One after the other: what is asked first is begun first.
-            (0..threads).for_each(|thread| drop(tiled.traverse(thread, &uneven)));
+            for thread in 0..threads {
+                tiled.traverse(thread, &uneven);
+            }
             let seen = uneven.0.lock().unwrap();
             assert_eq!(seen.iter().map(Fragment::pixels).sum::<usize>(), picture.pixels());
         }
