@@ -159,7 +159,7 @@ fn every_component_in_any_frame_on_any_thread() {
     let result = runner.run(&places, |(component, calls, threads)| {
         let fault = strike(component, Bomb::new(calls), threads);
         // A material is named as the scene names it.
-        let expected = if component == "material" { "material default" } else { component };
+        let expected = if component == "material" { "material ground" } else { component };
         prop_assert_eq!(&fault.component, expected, "{}", fault);
         prop_assert_eq!(&fault.message, "boom", "{}", fault);
         prop_assert!(fault.thread < threads && fault.location.is_some(), "{}", fault);
