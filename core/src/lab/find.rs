@@ -10,12 +10,14 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::{Agrees, Dice, Draft, Kernel, Outcome, Work};
 use crate::oracle::{self, Truth};
-use crate::{NO_HIT, Properties, Rays};
+use crate::{Column, NO_HIT, Properties, Rays};
 
 /// One primitive against a vector of rays.
 pub trait RayTest: 'static {
-    /// The primitive.
+    /// The primitive, or [`PER`](Self::PER) of them, as they lie in memory.
     type Primitive: Clone + Debug + 'static;
+    /// How many primitives one `Primitive` holds.
+    const PER: usize = 1;
     /// The test that this one is a special case of; itself if it is general.
     type General: RayTest<Primitive = Self::Primitive>;
     /// What is the same for every primitive and ray of the packet, in scalars: common origin, dominant axis, signs.
@@ -41,15 +43,38 @@ pub trait RayTest: 'static {
     fn derive<T: Token, const N: usize>(_token: T, _rays: &mut Rays<N>) {}
 
     /// Finds what is common; once per packet.
-    fn common<const N: usize>(rays: &Rays<N>) -> Self::Common;
+    fn common<T: Token, const N: usize>(token: T, rays: &Rays<N>) -> Self::Common;
 
     /// Prepares a primitive; once per packet and primitive.
     fn prepare<T: Token>(token: T, primitive: &Self::Primitive, common: Self::Common) -> Self::Prepared<T>;
 
-    /// Which of the rays from `at` hit within their intervals, and where.
+    /// Is there a [`may_hit`](Self::may_hit)?
+    const DISMISSES: bool = false;
+
+    /// May primitive `i` of the [`PER`](Self::PER) be hit by any ray of the packet?
+    #[inline(always)]
+    fn may_be_hit<T: Token>(_prepared: &Self::Prepared<T>, _i: usize) -> bool {
+        true
+    }
+
+    /// Which of the 64 rays from `from` may hit, a bit each: a cheap test before the exact one, which it may not contradict.
+    #[inline(always)]
+    fn may_hit<T: Token, const N: usize>(
+        _token: T,
+        _prepared: &Self::Prepared<T>,
+        _i: usize,
+        _common: Self::Common,
+        _rays: &Rays<N>,
+        _from: usize,
+    ) -> u64 {
+        u64::MAX
+    }
+
+    /// Which of the rays from `at` hit within their intervals, and where; `i` says which of the [`PER`](Self::PER).
     fn test<T: Token, const N: usize>(
         token: T,
         prepared: &Self::Prepared<T>,
+        i: usize,
         common: Self::Common,
         rays: &Rays<N>,
         at: usize,
@@ -57,7 +82,7 @@ pub trait RayTest: 'static {
 
     /// What is true, and how far the distance moves when the surface moves by as much as it is away: the size of the
     /// scene over the cosine. `None` where the oracle cannot tell.
-    fn truth(primitive: &Self::Primitive, ray: &oracle::Ray) -> Option<(Truth, f64)>;
+    fn truth(primitive: &Self::Primitive, i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)>;
 }
 
 /// The nearest of all primitives, or any.
@@ -75,6 +100,11 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     const PROMISES: Properties = R::PROMISES;
     // Any hit answers another question than the closest.
     const AGREES: Agrees = if HIT == ANY { Agrees::WithinBound } else { R::AGREES };
+    const PRIMITIVES: usize = 64 / R::PER;
+
+    fn tests(rays: usize, primitives: usize) -> usize {
+        rays * primitives * R::PER
+    }
 
     fn draw(dice: &mut Dice<'_>) -> R::Primitive {
         R::draw(dice)
@@ -92,26 +122,36 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<R::Primitive, N>) {
         let Work { rays, primitives, found, .. } = work;
-        let common = R::common(rays);
-        for (id, primitive) in primitives.iter().enumerate() {
+        let common = R::common(token, rays);
+        for (place, primitive) in primitives.iter().enumerate() {
             let prepared = R::prepare(token, primitive, common);
-            let mut at = 0;
-            while at < N {
-                let (hit, t) = R::test(token, &prepared, common, rays, at);
-                if hit.any() {
-                    let hit = hit & rays.active(token, at);
-                    if HIT == ANY {
-                        token.splat(f32::NEG_INFINITY).store_masked(&mut rays.t_max[..], at, hit);
-                    } else {
-                        let id = token.splat_i32(id as i32);
-                        let nearest = token.load(&rays.t_max[..], at);
-                        let lower = id.lt_unsigned(token.load_u32(&found[..], at));
-                        let better = hit & (t.lt(nearest) | (t.eq(nearest) & lower));
-                        t.store_masked(&mut rays.t_max[..], at, better);
-                        id.store_masked(&mut found[..], at, better);
-                    }
+            for i in 0..R::PER {
+                if !R::may_be_hit(&prepared, i) {
+                    continue;
                 }
-                at += T::LANES;
+                let id = (place * R::PER + i) as i32;
+                let mut from = 0;
+                while R::DISMISSES && from < N {
+                    let mut left = R::may_hit(token, &prepared, i, common, rays, from);
+                    while left != 0 {
+                        let first = left.trailing_zeros() as usize / T::LANES * T::LANES;
+                        left &= !(((1 << T::LANES) - 1) << first);
+                        let at = from + first;
+                        let (hit, t) = R::test(token, &prepared, i, common, rays, at);
+                        if hit.any() {
+                            record::<T, N, HIT>(token, rays, found, at, hit, t, id);
+                        }
+                    }
+                    from += 64;
+                }
+                let mut at = 0;
+                while !R::DISMISSES && at < N {
+                    let (hit, t) = R::test(token, &prepared, i, common, rays, at);
+                    if hit.any() {
+                        record::<T, N, HIT>(token, rays, found, at, hit, t, id);
+                    }
+                    at += T::LANES;
+                }
             }
         }
     }
@@ -119,7 +159,8 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     fn verify(draft: &Draft<R::Primitive>, outcome: &Outcome) -> Result<(), String> {
         for i in draft.range.clone() {
             let ray = draft.rays[i].exact();
-            let truths: Vec<_> = draft.primitives.iter().map(|p| R::truth(p, &ray)).collect();
+            let all = draft.primitives.iter().flat_map(|p| (0..R::PER).map(move |i| R::truth(p, i, &ray)));
+            let truths: Vec<_> = all.collect();
             let (t, found) = (f64::from(outcome.t_max(i)), outcome.found(i));
             if HIT == ANY && ray.t_max == f64::NEG_INFINITY {
                 continue;
@@ -129,6 +170,30 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
                 .map_err(|what| format!("ray {i}: {what}; {:?}, {:?}", draft.rays[i], draft.primitives))?;
         }
         Ok(())
+    }
+}
+
+/// Keeps the nearest of the hits and what the active rays hit before, on equal distance the lower id; or any.
+#[inline(always)]
+fn record<T: Token, const N: usize, const HIT: bool>(
+    token: T,
+    rays: &mut Rays<N>,
+    found: &mut Column<u32, N>,
+    at: usize,
+    hit: T::Mask,
+    t: T::F32,
+    id: i32,
+) {
+    let hit = hit & rays.active(token, at);
+    if HIT == ANY {
+        token.splat(f32::NEG_INFINITY).store_masked(&mut rays.t_max[..], at, hit);
+    } else {
+        let id = token.splat_i32(id);
+        let nearest = token.load(&rays.t_max[..], at);
+        let lower = id.lt_unsigned(token.load_u32(&found[..], at));
+        let better = hit & (t.lt(nearest) | (t.eq(nearest) & lower));
+        t.store_masked(&mut rays.t_max[..], at, better);
+        id.store_masked(&mut found[..], at, better);
     }
 }
 

@@ -24,6 +24,7 @@ crate::kernels! {
         constant_axis: Find<Triangle<{ triangle::CONSTANT_AXIS }>>,
         common_origin: Find<Triangle<{ triangle::COMMON_ORIGIN }>>,
         common_origin_any: Find<Triangle<{ triangle::COMMON_ORIGIN }>, ANY>,
+        common_origin_corners: Find<Triangle<{ triangle::CORNERS }>>,
     }
     sphere {
         general: Find<Sphere<false, false>>,

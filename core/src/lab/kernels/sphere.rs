@@ -48,7 +48,7 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     }
 
     #[inline(always)]
-    fn common<const N: usize>(rays: &Rays<N>) -> [f32; 3] {
+    fn common<T: Token, const N: usize>(_token: T, rays: &Rays<N>) -> [f32; 3] {
         rays.ray(rays.range().start % N).0.to_array()
     }
 
@@ -67,6 +67,7 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     fn test<T: Token, const N: usize>(
         token: T,
         &(center, radius2): &([T::F32; 3], T::F32),
+        _i: usize,
         _origin: [f32; 3],
         rays: &Rays<N>,
         at: usize,
@@ -77,7 +78,7 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
         sphere::<T, UNIT>(token, token.mask(u32::MAX), center, radius2, direction, t_min, t_max)
     }
 
-    fn truth(&[x, y, z, radius]: &[f32; 4], ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(&[x, y, z, radius]: &[f32; 4], _i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)> {
         if !ray_in_reach(ray) || ![x, y, z, radius].into_iter().all(in_reach) || radius == 0.0 {
             return None;
         }
