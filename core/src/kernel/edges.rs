@@ -154,7 +154,8 @@ impl<const B: usize> Edges<B> {
     /// May a ray of the window hit triangle `i`?
     #[inline(always)]
     pub fn may_be_hit(&self, i: usize) -> bool {
-        !(self.room[i % B] < 0.0)
+        let room = self.room[i % B];
+        room >= 0.0 || room.is_nan()
     }
 }
 

@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
-use super::{Agrees, Dice, Draft, Kernel, Outcome, Work};
+use super::{Dice, Draft, Kernel, Outcome, Work};
 use crate::oracle::{self, Truth};
 use crate::{Column, NO_HIT, Properties, Rays};
 
@@ -27,8 +27,9 @@ pub trait RayTest: 'static {
     type Prepared<T: Token>: Copy;
     /// What it needs to know of the rays.
     const PROMISES: Properties = Properties::empty();
-    /// How it agrees with the general test.
-    const AGREES: Agrees = Agrees::Exactly;
+    /// By how many units of 2^-24 of the sizes involved its distances may differ from those of the general test: 0 where it
+    /// only hoists work, which gives the same bits.
+    const ULPS: u32 = 0;
     /// Relative to the distances involved, how far from a boundary hit and miss may be confused, and distances be off.
     const GUARD: f64 = 1.0 / (1 << 19) as f64;
 
@@ -98,8 +99,6 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     type Primitive = R::Primitive;
     type General = Find<R::General>;
     const PROMISES: Properties = R::PROMISES;
-    // Any hit answers another question than the closest.
-    const AGREES: Agrees = if HIT == ANY { Agrees::WithinBound } else { R::AGREES };
     const PRIMITIVES: usize = 64 / R::PER;
 
     fn tests(rays: usize, primitives: usize) -> usize {
@@ -168,6 +167,32 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
             let was_hit = if HIT == ANY { t == f64::NEG_INFINITY } else { found != NO_HIT };
             judge::<R>(&truths, HIT == ANY, was_hit, found, t)
                 .map_err(|what| format!("ray {i}: {what}; {:?}, {:?}", draft.rays[i], draft.primitives))?;
+        }
+        Ok(())
+    }
+
+    fn agrees(draft: &Draft<R::Primitive>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+        if HIT == CLOSEST && R::ULPS == 0 {
+            return outcome.answers_equal(general);
+        }
+        for i in draft.range.clone() {
+            let (found, of_general) = (outcome.found(i), general.found(i));
+            if HIT == ANY {
+                // Rays that reach nowhere look as if they had hit.
+                let was_hit = outcome.t_max(i) == f32::NEG_INFINITY && draft.rays[i].t_max != f32::NEG_INFINITY;
+                if R::ULPS == 0 && was_hit != (of_general != NO_HIT) {
+                    return Err(format!("ray {i}: any hit {was_hit}, nearest {of_general:#x}; {:?}", draft.rays[i]));
+                }
+            } else if found == of_general && found != NO_HIT {
+                let (t, want) = (f64::from(outcome.t_max(i)), f64::from(general.t_max(i)));
+                let (place, part) = (found as usize / R::PER, found as usize % R::PER);
+                let truth = R::truth(&draft.primitives[place], part, &draft.rays[i].exact());
+                let Some((_, reach)) = truth.filter(|(truth, _)| truth.margin > R::GUARD) else { continue };
+                let bound = f64::from(R::ULPS) / f64::from(1 << 24) * (reach + want.abs());
+                if (t - want).abs() > bound {
+                    return Err(format!("ray {i}: {t:e}, {want:e} in general, allowed {bound:e}; {:?}", draft.rays[i]));
+                }
+            }
         }
         Ok(())
     }

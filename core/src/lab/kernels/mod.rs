@@ -11,7 +11,7 @@ pub mod triangle;
 use super::find::{ANY, Find};
 use children::{Beams, Children};
 use iso_cell::IsoCell;
-use packet_operations::{Bounds, Inverse, Normalize, Shears};
+use packet_operations::{Bounds, Frustum, Inverse, Normalize, Shears};
 use slab::Slab;
 use sphere::Sphere;
 use triangle::Triangle;
@@ -50,4 +50,5 @@ crate::kernels! {
     normalize { general: Normalize }
     shears { general: Shears }
     bounds { general: Bounds<false>, common_origin: Bounds<true> }
+    frustum { general: Frustum }
 }
