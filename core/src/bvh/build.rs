@@ -187,19 +187,24 @@ fn open(range: Range<'_>, depth: usize) -> Vec<Range<'_>> {
 /// What stays the same during a build.
 struct Builder<'a, J, F> {
     join: &'a J,
-    block: F,
+    first_id: u32,
+    primitive: F,
 }
 
-impl<J: Join, B: Block, F: Fn(&[u32]) -> B + Sync> Builder<'_, J, F> {
+impl<J: Join, F: Sync> Builder<'_, J, F> {
     /// Appends the subtree of a range to `tree`.
-    fn append(&self, tree: &mut Tree<B>, range: Range<'_>, depth: usize) -> Child {
+    fn append<B: Block>(&self, tree: &mut Tree<B>, range: Range<'_>, depth: usize) -> Child
+    where
+        F: Fn(usize) -> B::Primitive,
+    {
         if range.is_leaf() {
             range.references.sort_unstable_by_key(Reference::index);
-            let mut ids = [0; BLOCK];
-            for (id, reference) in ids.iter_mut().zip(range.references.iter()) {
-                *id = reference.index();
+            let mut block = B::EMPTY;
+            for (place, reference) in range.references.iter().enumerate() {
+                let index = reference.index();
+                block.set(place, self.first_id + index, &(self.primitive)(index as usize));
             }
-            tree.blocks.push((self.block)(&ids[..range.references.len()]));
+            tree.blocks.push(block);
             return Child::leaf(tree.blocks.len() - 1, 1);
         }
         let node = tree.nodes.len();
@@ -220,7 +225,10 @@ impl<J: Join, B: Block, F: Fn(&[u32]) -> B + Sync> Builder<'_, J, F> {
     }
 
     /// A tree of its own for each range, so that threads need share nothing.
-    fn separately(&self, mut ranges: Vec<Range<'_>>, depth: usize) -> Vec<(Child, Tree<B>)> {
+    fn separately<B: Block>(&self, mut ranges: Vec<Range<'_>>, depth: usize) -> Vec<(Child, Tree<B>)>
+    where
+        F: Fn(usize) -> B::Primitive,
+    {
         if ranges.len() <= 1 {
             let alone = |range| {
                 let mut tree = Tree { nodes: Vec::new(), blocks: Vec::new() };
@@ -249,23 +257,23 @@ impl<B: Block> Tree<B> {
 }
 
 impl<B: Block> Bvh<B> {
-    /// Builds over primitives `0..count`. `bounds(i)` is `None` for those to leave out; others must be finite.
-    /// `block` makes a block of one to four primitives.
+    /// Builds over primitives `0..count`, whose ids are `first_id..first_id + count`. Those without bounds are left out.
     pub(crate) fn build(
         count: usize,
+        first_id: u32,
         join: &impl Join,
-        bounds: impl Fn(usize) -> Option<Bounds>,
-        block: impl Fn(&[u32]) -> B + Sync,
+        primitive: impl Fn(usize) -> B::Primitive + Sync,
     ) -> Self {
-        let mut references: Vec<_> = (0..count).filter_map(|i| Some(Reference::new(bounds(i)?, i as u32))).collect();
+        let reference = |i| Some(Reference::new(B::bounds(&primitive(i))?, i as u32));
+        let mut references: Vec<_> = (0..count).filter_map(reference).collect();
         let primitives = references.len();
         let range = Range::new(&mut references);
         let bounds = range.bounds;
         let mut tree = Tree { nodes: Vec::new(), blocks: Vec::new() };
         let root = match primitives {
             0 => Child::EMPTY,
-            _ => Builder { join, block }.append(&mut tree, range, 0),
+            _ => Builder { join, first_id, primitive }.append(&mut tree, range, 0),
         };
-        Self { nodes: tree.nodes, blocks: tree.blocks, root, bounds, scale: bounds.scale(), primitives }
+        Self { nodes: tree.nodes, blocks: tree.blocks, root, bounds, scale: bounds.scale(), primitives, first_id }
     }
 }

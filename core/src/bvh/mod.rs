@@ -7,6 +7,7 @@ pub mod block;
 pub mod bounds;
 pub mod build;
 pub mod node;
+pub mod refit;
 pub mod sphere_block;
 pub mod triangle_block;
 
@@ -21,6 +22,9 @@ pub use sphere_block::SphereBlock;
 pub use triangle_block::TriangleBlock;
 
 /// Eight-wide BVH over primitives of one kind, stored as blocks of four in leaves.
+///
+/// Nodes lie depth first: behind a node come the subtrees of its children, one after the other by rising slots, and the
+/// blocks lie in the order in which nodes name them. So a subtree is a range of nodes and a range of blocks.
 #[derive(Clone, Debug)]
 pub struct Bvh<B> {
     pub(crate) nodes: Vec<Node>,
@@ -30,6 +34,8 @@ pub struct Bvh<B> {
     /// Greatest size of a coordinate: what the rounding of a test is measured by.
     pub(crate) scale: f32,
     primitives: usize,
+    /// Id of primitive 0.
+    first_id: u32,
 }
 
 impl<B: Block> Bvh<B> {

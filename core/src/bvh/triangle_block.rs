@@ -30,29 +30,34 @@ impl Bvh<TriangleBlock> {
         join: &impl Join,
         corners: impl Fn(usize) -> [[f32; 3]; 3] + Sync,
     ) -> Self {
-        let bounds = |i| {
-            let [a, b, c] = corners(i);
-            let finite = [a, b, c].iter().flatten().all(|x| x.is_finite());
-            (finite && a != b && b != c && c != a).then(|| Bounds::of_points(&[a, b, c]))
-        };
-        Self::build(count, join, bounds, |indices| {
-            let mut block = TriangleBlock { corners: [[[f32::NAN; BLOCK]; 3]; 3], ids: [NO_HIT; BLOCK] };
-            for (place, &index) in indices.iter().enumerate() {
-                for (corner, point) in corners(index as usize).into_iter().enumerate() {
-                    for (axis, x) in point.into_iter().enumerate() {
-                        block.corners[corner][axis][place] = x;
-                    }
-                }
-                block.ids[place] = first_id + index;
-            }
-            block
-        })
+        Self::build(count, first_id, join, corners)
     }
 }
 
 impl Block for TriangleBlock {
+    /// The corners.
+    type Primitive = [[f32; 3]; 3];
+    const EMPTY: Self = Self { corners: [[[f32::NAN; BLOCK]; 3]; 3], ids: [NO_HIT; BLOCK] };
+    const NOWHERE: [[f32; 3]; 3] = [[f32::NAN; 3]; 3];
+
     type Prepared = [[[f32; BLOCK]; 3]; 3];
     const SHEARS: bool = true;
+
+    #[inline(always)]
+    fn bounds(&[a, b, c]: &[[f32; 3]; 3]) -> Option<Bounds> {
+        let finite = [a, b, c].iter().flatten().all(|x| x.is_finite());
+        (finite && a != b && b != c && c != a).then(|| Bounds::of_points(&[a, b, c]))
+    }
+
+    #[inline(always)]
+    fn set(&mut self, place: usize, id: u32, corners: &[[f32; 3]; 3]) {
+        for (rows, corner) in self.corners.iter_mut().zip(corners) {
+            for (row, &x) in rows.iter_mut().zip(corner) {
+                row[place] = x;
+            }
+        }
+        self.ids[place] = id;
+    }
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {
