@@ -31,17 +31,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut components = Components::new(AnyToken::detect(), scene, 4.0 / 3.0);
     components.renderer = Arc::new(Fog(0.01));
     let mut pipeline = components.pipeline(Size::new(160, 120)?, Config::with_threads(2))?;
-    pipeline.add_stage(DisplayStage::new().with(
-        0,
-        display("brightness", |picture: &Picture<'_>| {
-            let sum: u32 = picture.buffer.pixels().map(|pixel| pixel & 0xff).sum();
-            println!("frame {}: {sum}", picture.frame);
-            Ok(if sum < 700_000 { Shown::Stop } else { Shown::Continue })
-        }),
-    ));
+    let brightness = display("brightness", |picture: &Picture<'_>| {
+        println!("frame {}: {}", picture.frame, picture.buffer.pixels().map(|pixel| pixel & 0xff).sum::<u32>());
+        Ok(Shown::Continue)
+    });
+    pipeline.add_stage(DisplayStage::new().with(0, brightness));
     let handle = pipeline.handle();
-    let other =
-        std::thread::spawn(move || handle.send("thicker fog", |state| state.renderer = Arc::new(Fog(0.1))).wait());
+    let other = std::thread::spawn(move || {
+        while handle.progress().frames < 3 {
+            std::thread::yield_now();
+        }
+        let shown = handle.send("thicker fog", |state| state.renderer = Arc::new(Fog(0.1))).wait();
+        handle.stop();
+        shown
+    });
     pipeline.run_until_stopped()?;
     println!("the fog thickened in frame {}", other.join().expect("it does not panic")?);
     Ok(())

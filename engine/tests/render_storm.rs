@@ -129,7 +129,7 @@ enum Change {
 }
 
 fn change() -> impl Strategy<Value = Change> {
-    let kind = prop::sample::select(&AccelerationKind::ALL[..]);
+    let kind = prop::sample::select(AccelerationKind::ALL);
     prop_oneof![
         4 => (0..200_u16).prop_map(Change::Version),
         2 => (1..9_usize, kind).prop_map(|(spheres, kind)| Change::Scene(spheres, kind)),
