@@ -5,21 +5,25 @@
 
 pub mod block;
 pub mod bounds;
-pub mod build;
+mod build;
+mod join;
 pub mod node;
-pub mod refit;
+mod reference;
+mod refit;
+mod sah;
 pub mod sphere_block;
 pub mod triangle_block;
+mod wide;
 
 use alloc::vec::Vec;
 
 pub use block::Block;
 pub use bounds::Bounds;
-pub(crate) use build::STACK;
-pub use build::{Join, Serial};
+pub use join::{Join, Serial};
 pub use node::{Child, Node};
 pub use sphere_block::SphereBlock;
 pub use triangle_block::TriangleBlock;
+pub(crate) use wide::STACK;
 
 /// Eight-wide BVH over primitives of one kind, stored as blocks of four in leaves.
 ///
