@@ -17,7 +17,7 @@ impl Join for Serial {
 }
 
 /// Runs of this many items are done without asking [`Join`].
-const RUN: usize = 1 << 15;
+pub(super) const RUN: usize = 1 << 15;
 
 /// Does `run` for runs of items, given where each starts, and merges the results of neighbours: `merge` gets the items of
 /// both and where the second begins. Where the runs are cut depends on the number of items only.

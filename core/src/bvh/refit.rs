@@ -63,15 +63,18 @@ struct Subtree<'a, B> {
 impl<B: Block> Subtree<'_, B> {
     fn fill(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) -> Bounds {
         if self.nodes.is_empty() || self.blocks.len() <= GRAIN {
+            // All blocks first, in the order of memory.
+            let blocks = self.blocks.iter_mut().enumerate();
+            let bounds: Vec<Bounds> = blocks.map(|(i, its)| block(self.first_block + i, its)).collect();
             // Children stand behind their parents: backwards, they are done first.
             for at in (0..self.nodes.len()).rev() {
                 let mut node = self.nodes[at];
                 for slot in 0..8 {
-                    node.set(slot, &self.child(node.child[slot], block), node.child[slot]);
+                    node.set(slot, &self.bounds(node.child[slot], &bounds), node.child[slot]);
                 }
                 self.nodes[at] = node;
             }
-            return self.child(self.root, block);
+            return self.bounds(self.root, &bounds);
         }
         let bounds = each(join, &mut self.split(), &|part| (part.slot, part.fill(join, block)));
         let root = &mut self.nodes[0];
@@ -81,9 +84,9 @@ impl<B: Block> Subtree<'_, B> {
         root.bounds()
     }
 
-    /// The bounds of a child, once its own children have theirs.
+    /// The bounds of a child, from those of the blocks and of what its own children have.
     #[inline(always)]
-    fn child(&mut self, child: Child, block: &impl Fn(usize, &mut B) -> Bounds) -> Bounds {
+    fn bounds(&self, child: Child, blocks: &[Bounds]) -> Bounds {
         if child == Child::EMPTY {
             return Bounds::EMPTY;
         }
@@ -92,7 +95,7 @@ impl<B: Block> Subtree<'_, B> {
         }
         let mut bounds = Bounds::EMPTY;
         for at in child.blocks() {
-            bounds.merge(&block(at, &mut self.blocks[at - self.first_block]));
+            bounds.merge(&blocks[at - self.first_block]);
         }
         bounds
     }

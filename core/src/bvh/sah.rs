@@ -4,11 +4,13 @@
 //! middles reach, all three axes' bins at once, and the partition. Ranges are cut into runs, so that threads share the
 //! passes near the root.
 
-use mobula_simd::{AnyToken, Task, Token};
+use alloc::boxed::Box;
+
+use mobula_simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
 
 use super::block::BLOCK;
-use super::join::{Join, reduce};
-use super::reference::{self, EMPTY, Reference, half_area, merge, middle2};
+use super::join::{Join, RUN, reduce};
+use super::reference::{EMPTY, FOUR, Four, Reference, half_area, merge, middle2};
 use super::wide::Ranges;
 
 const BINS: usize = 16;
@@ -37,7 +39,46 @@ impl<'a> Ranges<'a> for Sah {
 
     fn split(&self, join: &impl Join, range: Range<'a>, by_count: bool) -> [Range<'a>; 2] {
         let Range { references, .. } = range;
-        self.token.run(Split { join, references, by_count })
+        let count = references.len();
+        let (mut middle, areas) = if by_count {
+            (0, [0.0; 2])
+        } else if count <= RUN {
+            self.token.run(Split(references))
+        } else {
+            self.in_runs(join, references)
+        };
+        if middle == 0 || middle == count {
+            middle = count / 2;
+        }
+        let (left, right) = references.split_at_mut(middle);
+        [Range { references: left, area: areas[0] }, Range { references: right, area: areas[1] }]
+    }
+}
+
+impl Sah {
+    /// The three passes, each in runs that threads share.
+    fn in_runs(&self, join: &impl Join, references: &mut [Reference]) -> (usize, [f32; 2]) {
+        let token = self.token;
+        let reach = reduce(join, references, 0, &|run, _| token.run(Reaching(run)), &|_, _, a: Reach, b| Reach {
+            low: a.low.min(b.low),
+            high: a.high.max(b.high),
+        });
+        let binning = Binning::new(&reach, references.len());
+        let filling = |run: &mut [Reference], _| token.run(Filling(run, &binning));
+        let bins = reduce(join, references, 0, &filling, &|_, _, mut a: Box<Bins>, b| {
+            a.merge(&b);
+            a
+        });
+        let Some(split) = bins.best(FOUR, binning.bins) else { return (0, [0.0; 2]) };
+        let parting = |run: &mut [Reference], _| token.run(Parting(run, &binning, &split));
+        // The right part of the left run and the left part of the right one change places, as far as both go.
+        let middle = reduce(join, references, 0, &parting, &|all, start, left, right| {
+            let swapped = right.min(start - left);
+            let (front, back) = all.split_at_mut(start);
+            front[left..left + swapped].swap_with_slice(&mut back[right - swapped..right]);
+            left + right
+        });
+        (middle, split.areas)
     }
 }
 
@@ -47,46 +88,74 @@ impl<'a> Range<'a> {
     }
 }
 
-struct Split<'a, 'j, J> {
-    join: &'j J,
-    references: &'a mut [Reference],
-    by_count: bool,
-}
+/// The three passes one after the other: how many go left, and the areas of both.
+struct Split<'a>(&'a mut [Reference]);
 
-impl<'a, J: Join> Task for Split<'a, '_, J> {
-    type Output = [Range<'a>; 2];
+impl Task for Split<'_> {
+    type Output = (usize, [f32; 2]);
 
     #[inline(always)]
-    fn run<T: Token>(self, token: T) -> [Range<'a>; 2] {
-        let Self { join, references, by_count } = self;
-        let centers = reach(references);
-        let binning = Binning::new(&centers, references.len());
-        let bins = fill(references, &binning);
-        let found = if by_count { None } else { bins.best(&binning) };
-        let middle = match &found {
-            Some(split) => partition(references, &binning, split),
-            None => references.len() / 2,
-        };
-        let half = references.len() / 2;
-        let middle = if middle == 0 || middle == references.len() { half } else { middle };
-        let areas = found.map_or([0.0; 2], |split| split.areas);
-        let (left, right) = references.split_at_mut(middle);
-        [Range { references: left, area: areas[0] }, Range { references: right, area: areas[1] }]
+    fn run<T: Token>(self, token: T) -> (usize, [f32; 2]) {
+        let binning = Binning::new(&reach(self.0), self.0.len());
+        let mut bins = Bins::EMPTY;
+        bins.fill(token.narrow(), self.0, &binning);
+        match bins.best(token.narrow(), binning.bins) {
+            Some(split) => (partition(self.0, &binning, &split), split.areas),
+            None => (0, [0.0; 2]),
+        }
     }
 }
 
-/// How far middles reach: `[low x, y, z, -, high x, y, z, -]`.
+struct Reaching<'a>(&'a [Reference]);
+
+impl Task for Reaching<'_> {
+    type Output = Reach;
+
+    #[inline(always)]
+    fn run<T: Token>(self, _: T) -> Reach {
+        reach(self.0)
+    }
+}
+
+struct Filling<'a>(&'a [Reference], &'a Binning);
+
+impl Task for Filling<'_> {
+    type Output = Box<Bins>;
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) -> Box<Bins> {
+        let mut bins = Box::new(Bins::EMPTY);
+        bins.fill(token.narrow(), self.0, self.1);
+        bins
+    }
+}
+
+struct Parting<'a>(&'a mut [Reference], &'a Binning, &'a Best);
+
+impl Task for Parting<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<T: Token>(self, _: T) -> usize {
+        partition(self.0, self.1, self.2)
+    }
+}
+
+/// How far middles reach.
+struct Reach {
+    low: Four,
+    high: Four,
+}
+
 #[inline(always)]
-fn reach(references: &[Reference]) -> [[f32; 4]; 2] {
-    let (mut low, mut high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
+fn reach(references: &[Reference]) -> Reach {
+    let (mut low, mut high) = (FOUR.splat(f32::INFINITY), FOUR.splat(f32::NEG_INFINITY));
     for reference in references {
         let middle = middle2(reference);
-        for i in 0..4 {
-            low[i] = if middle[i] < low[i] { middle[i] } else { low[i] };
-            high[i] = if middle[i] > high[i] { middle[i] } else { high[i] };
-        }
+        low = middle.min(low);
+        high = middle.max(high);
     }
-    [low, high]
+    Reach { low, high }
 }
 
 struct Binning {
@@ -95,76 +164,103 @@ struct Binning {
     bins: usize,
 }
 
+/// A float's integer is in its low bits after 2^23 was added.
+const INTEGER: f32 = 8_388_608.0;
+
 impl Binning {
     #[inline(always)]
-    fn new([low, high]: &[[f32; 4]; 2], count: usize) -> Self {
+    fn new(reach: &Reach, count: usize) -> Self {
         let bins = if count > 32 { BINS } else { BINS / 2 };
-        let scale = core::array::from_fn(|axis| {
-            let extent = high[axis] - low[axis];
-            // Below this the quotient would overflow: all middles fall into bin 0 and the axis is not split.
-            if extent > 1e-30 { (bins - 1) as f32 / extent } else { 0.0 }
-        });
-        Self { low: *low, scale, bins }
+        let extent = reach.high - reach.low;
+        let scale = FOUR.splat((bins - 1) as f32) / extent;
+        // Below this the quotient would overflow: all middles fall into bin 0 and the axis is not split.
+        let scale = scale.select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
+        let (mut lows, mut scales) = ([0.0; 4], [0.0; 4]);
+        reach.low.store(&mut lows, 0);
+        scale.store(&mut scales, 0);
+        Self { low: lows, scale: scales, bins }
     }
 
-    /// The bins of a middle: rounded by adding 2^23, which leaves the integer in the low bits.
+    /// The bins of a box, rounded to nearest.
     #[inline(always)]
-    fn bins(&self, middle: [f32; 4]) -> [usize; 3] {
-        let bits: [u32; 4] =
-            core::array::from_fn(|i| (((middle[i] - self.low[i]) * self.scale[i]) + 8_388_608.0).to_bits());
-        [0, 1, 2].map(|axis| bits[axis] as usize % BINS)
+    fn all(&self, reference: &Reference) -> [u32; 4] {
+        let (low, scale) = (FOUR.load(&self.low, 0), FOUR.load(&self.scale, 0));
+        let mut bins = [0; 4];
+        ((middle2(reference) - low) * scale + FOUR.splat(INTEGER)).to_bits().store(&mut bins, 0);
+        bins
+    }
+
+    /// The same on one axis.
+    #[inline(always)]
+    fn one(&self, reference: &Reference, axis: usize) -> u32 {
+        let middle = reference[axis] - reference[axis + 4];
+        ((middle - self.low[axis]) * self.scale[axis] + INTEGER).to_bits() & (BINS as u32 - 1)
     }
 }
 
+/// Boxes and counts by bin and axis.
 struct Bins {
-    bounds: [[Reference; 3]; BINS],
+    boxes: [[Reference; 4]; BINS],
     counts: [[u32; 4]; BINS],
-}
-
-#[inline(always)]
-fn fill(references: &[Reference], binning: &Binning) -> Bins {
-    let mut bins = Bins { bounds: [[EMPTY; 3]; BINS], counts: [[0; 4]; BINS] };
-    for reference in references {
-        let at = binning.bins(middle2(reference));
-        for axis in 0..3 {
-            merge(&mut bins.bounds[at[axis]][axis], reference);
-            bins.counts[at[axis]][axis] += 1;
-        }
-    }
-    bins
 }
 
 struct Best {
     axis: usize,
-    bin: usize,
+    bin: u32,
     areas: [f32; 2],
 }
 
 impl Bins {
+    const EMPTY: Self = Self { boxes: [[EMPTY; 4]; BINS], counts: [[0; 4]; BINS] };
+
     #[inline(always)]
-    fn best(&self, binning: &Binning) -> Option<Best> {
-        let blocks = |count: u32| count.div_ceil(BLOCK as u32) as f32;
-        let mut right = [[(0.0f32, 0u32); 3]; BINS];
-        let (mut bounds, mut counts) = ([EMPTY; 3], [0u32; 3]);
-        for i in (1..binning.bins).rev() {
+    fn fill<T: Token>(&mut self, token: T, references: &[Reference], binning: &Binning) {
+        for reference in references {
+            let bins = binning.all(reference);
             for axis in 0..3 {
-                merge(&mut bounds[axis], &self.bounds[i][axis]);
-                counts[axis] += self.counts[i][axis];
-                right[i][axis] = (half_area(&bounds[axis]), counts[axis]);
+                let bin = bins[axis] as usize % BINS;
+                merge(token, &mut self.boxes[bin][axis], reference);
+                self.counts[bin][axis] += 1;
             }
         }
-        let (mut best, mut least) = (None, f32::INFINITY);
-        let (mut bounds, mut counts) = ([EMPTY; 3], [0u32; 3]);
-        for i in 1..binning.bins {
+    }
+
+    fn merge(&mut self, other: &Self) {
+        for bin in 0..BINS {
             for axis in 0..3 {
-                merge(&mut bounds[axis], &self.bounds[i - 1][axis]);
-                counts[axis] += self.counts[i - 1][axis];
-                let (area, count) = right[i][axis];
-                let here = half_area(&bounds[axis]);
+                merge(FOUR, &mut self.boxes[bin][axis], &other.boxes[bin][axis]);
+                self.counts[bin][axis] += other.counts[bin][axis];
+            }
+        }
+    }
+
+    /// The split that costs least, if one is possible.
+    #[inline(always)]
+    fn best<T: Token>(&self, token: T, bins: usize) -> Option<Best> {
+        let blocks = |count: u32| count.div_ceil(BLOCK as u32) as i32 as f32;
+        let mut right = [([0.0f32; 3], [0u32; 3]); BINS];
+        let (mut boxes, mut counts) = ([EMPTY; 3], [0u32; 3]);
+        for bin in (1..bins).rev() {
+            for axis in 0..3 {
+                merge(token, &mut boxes[axis], &self.boxes[bin][axis]);
+                counts[axis] += self.counts[bin][axis];
+                right[bin].0[axis] = half_area(&boxes[axis]);
+            }
+            right[bin].1 = counts;
+        }
+        let (mut best, mut least) = (None, f32::INFINITY);
+        let (mut boxes, mut counts) = ([EMPTY; 3], [0u32; 3]);
+        for bin in 1..bins {
+            for axis in 0..3 {
+                merge(token, &mut boxes[axis], &self.boxes[bin - 1][axis]);
+                counts[axis] += self.counts[bin - 1][axis];
+                let (area, count) = (right[bin].0[axis], right[bin].1[axis]);
+                let here = half_area(&boxes[axis]);
+                // Where a side is empty, the sum is infinite or no number.
                 let cost = here * blocks(counts[axis]) + area * blocks(count);
-                if cost < least && counts[axis] > 0 && count > 0 {
+                if cost < least {
                     least = cost;
-                    best = Some(Best { axis, bin: i, areas: [here, area] });
+                    best = Some(Best { axis, bin: bin as u32, areas: [here, area] });
                 }
             }
         }
@@ -176,11 +272,10 @@ impl Bins {
 #[inline(always)]
 fn partition(references: &mut [Reference], binning: &Binning, split: &Best) -> usize {
     let mut left = 0;
+    let axis = split.axis % 4;
     for i in 0..references.len() {
-        let reference = references[i];
-        let is_left = binning.bins(middle2(&reference))[split.axis] < split.bin;
-        references[i] = references[left];
-        references[left] = reference;
+        let is_left = binning.one(&references[i], axis) < split.bin;
+        references.swap(i, left);
         left += usize::from(is_left);
     }
     left

@@ -1,8 +1,9 @@
 //! Four triangles.
 
-use mobula_simd::{I32Lanes, Token};
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::block::{BLOCK, Block};
+use super::reference::FOUR;
 use super::{Bounds, Bvh, Join};
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::kernel::{load3, splat3, sub};
@@ -44,9 +45,19 @@ impl Block for TriangleBlock {
     const SHEARS: bool = true;
 
     #[inline(always)]
-    fn bounds(&[a, b, c]: &[[f32; 3]; 3]) -> Option<Bounds> {
-        let finite = [a, b, c].iter().flatten().all(|x| x.is_finite());
-        (finite && a != b && b != c && c != a).then(|| Bounds::of_points(&[a, b, c]))
+    fn bounds(corners: &[[f32; 3]; 3]) -> Option<Bounds> {
+        let [a, b, c] = corners;
+        let row = |p: &[f32; 3]| FOUR.load(&[p[0], p[1], p[2], 0.0], 0);
+        let (a, b, c) = (row(a), row(b), row(c));
+        // Of a number that is not finite the difference to itself is no number.
+        let zero = (a - a) + (b - b) + (c - c);
+        let sound = zero.eq(FOUR.splat(0.0)).all() && !a.eq(b).all() && !b.eq(c).all() && !c.eq(a).all();
+        sound.then(|| {
+            let mut bounds = Bounds::EMPTY;
+            a.min(b).min(c).store(&mut bounds.low, 0);
+            a.max(b).max(c).store(&mut bounds.high, 0);
+            bounds
+        })
     }
 
     #[inline(always)]
