@@ -6,41 +6,84 @@ use alloc::vec::Vec;
 use mobula_simd::AnyToken;
 
 use super::join::reduce;
+use super::morton::{self, Morton};
 use super::reference::{self, Reference};
 use super::sah::{Range, Sah};
 use super::wide::Skeleton;
 use super::{Block, Bounds, Bvh, Child, Join, Node, block::BLOCK};
 
+/// How much work goes into a tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// Little: the order along a curve. For scenes that are built anew each frame.
+    Fast,
+    /// The surface area heuristic over bins.
+    #[default]
+    Good,
+}
+
 impl<B: Block> Bvh<B> {
-    /// Builds over primitives `0..count`, whose ids are `first_id..first_id + count`. Those without bounds are left out.
-    pub(crate) fn build(
+    /// Builds over primitives `0..count`, whose ids are `first_id..first_id + count`. Those without
+    /// [bounds](Block::bounds) are left out; [`primitives`](Bvh::primitives) says how many are in. The tree depends on the
+    /// primitives only, not on who builds.
+    ///
+    /// # Panics
+    /// If the ids do not fit 32 bits.
+    pub fn build(
         count: usize,
         first_id: u32,
+        quality: Quality,
         join: &impl Join,
         primitive: impl Fn(usize) -> B::Primitive + Sync,
     ) -> Self {
+        assert!(count <= (u32::MAX - first_id) as usize, "more primitives than ids");
         let mut references = references::<B>(count, join, &primitive);
-        let mut skeleton = Skeleton::default();
-        let root = match references.len() {
-            0 => Child::EMPTY,
-            _ => skeleton.append(join, &Sah { token: AnyToken::detect() }, Range::new(&mut references), 0),
-        };
-        let Skeleton { nodes, counts } = skeleton;
+        let (primitives, mut skeleton) = (references.len(), Skeleton::default());
+        if primitives == 0 {
+            return skeleton.flesh(Child::EMPTY, primitives, first_id, join, &primitive, |_| 0);
+        }
+        match quality {
+            Quality::Fast => {
+                let keys = morton::sorted(join, &mut references);
+                drop(references);
+                let root = skeleton.append(join, &Morton, &keys, 0);
+                skeleton.flesh(root, primitives, first_id, join, &primitive, |i| morton::index(keys[i]))
+            }
+            Quality::Good => {
+                let sah = Sah { token: AnyToken::detect() };
+                let root = skeleton.append(join, &sah, Range::new(&mut references), 0);
+                skeleton.flesh(root, primitives, first_id, join, &primitive, |i| reference::index(&references[i]))
+            }
+        }
+    }
+}
+
+impl Skeleton {
+    /// Nodes and blocks, filled from the leaves up; `number` says which primitive is at a place of the order.
+    fn flesh<B: Block>(
+        self,
+        root: Child,
+        primitives: usize,
+        first_id: u32,
+        join: &impl Join,
+        primitive: &(impl Fn(usize) -> B::Primitive + Sync),
+        number: impl Fn(usize) -> u32 + Sync,
+    ) -> Bvh<B> {
+        let Self { nodes, counts } = self;
         let (nodes, (blocks, starts)) = join.join(
             || nodes.into_iter().map(|child| Node { child, ..Node::EMPTY }).collect(),
             || (vec![B::EMPTY; counts.len()], starts(&counts)),
         );
-        let primitives = references.len();
-        let mut bvh = Self { nodes, blocks, root, bounds: Bounds::EMPTY, scale: 0.0, primitives, first_id };
+        let mut bvh = Bvh { nodes, blocks, root, bounds: Bounds::EMPTY, scale: 0.0, primitives, first_id };
         bvh.fill(join, &|at, block: &mut B| {
-            let mut ids = [u32::MAX; BLOCK];
-            let own = &references[starts[at] as usize..starts[at + 1] as usize];
-            for (id, reference) in ids.iter_mut().zip(own) {
-                *id = reference::index(reference);
+            let (mut bounds, mut ids) = (Bounds::EMPTY, [u32::MAX; BLOCK]);
+            let places = starts[at] as usize..starts[at + 1] as usize;
+            let count = places.len();
+            for (id, place) in ids.iter_mut().zip(places) {
+                *id = number(place);
             }
             ids.sort_unstable();
-            let mut bounds = Bounds::EMPTY;
-            for (place, &id) in ids[..own.len()].iter().enumerate() {
+            for (place, &id) in ids[..count].iter().enumerate() {
                 let its = primitive(id as usize);
                 bounds.merge(&B::bounds(&its).unwrap_or(Bounds::EMPTY));
                 block.set(place, first_id + id, &its);

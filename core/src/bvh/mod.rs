@@ -7,6 +7,7 @@ pub mod block;
 pub mod bounds;
 mod build;
 mod join;
+mod morton;
 pub mod node;
 mod reference;
 mod refit;
@@ -19,6 +20,7 @@ use alloc::vec::Vec;
 
 pub use block::Block;
 pub use bounds::Bounds;
+pub use build::Quality;
 pub use join::{Join, Serial};
 pub use node::{Child, Node};
 pub use sphere_block::SphereBlock;

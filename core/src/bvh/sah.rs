@@ -59,10 +59,8 @@ impl Sah {
     /// The three passes, each in runs that threads share.
     fn in_runs(&self, join: &impl Join, references: &mut [Reference]) -> (usize, [f32; 2]) {
         let token = self.token;
-        let reach = reduce(join, references, 0, &|run, _| token.run(Reaching(run)), &|_, _, a: Reach, b| Reach {
-            low: a.low.min(b.low),
-            high: a.high.max(b.high),
-        });
+        let merge = |_: &mut [Reference], _, a: Reach, b: Reach| a.merge(&b);
+        let reach = reduce(join, references, 0, &|run, _| token.run(Reaching(run)), &merge);
         let binning = Binning::new(&reach, references.len());
         let filling = |run: &mut [Reference], _| token.run(Filling(run, &binning));
         let bins = reduce(join, references, 0, &filling, &|_, _, mut a: Box<Bins>, b| {
@@ -142,13 +140,19 @@ impl Task for Parting<'_> {
 }
 
 /// How far middles reach.
-struct Reach {
-    low: Four,
-    high: Four,
+pub(super) struct Reach {
+    pub(super) low: Four,
+    pub(super) high: Four,
+}
+
+impl Reach {
+    pub(super) fn merge(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
 }
 
 #[inline(always)]
-fn reach(references: &[Reference]) -> Reach {
+pub(super) fn reach(references: &[Reference]) -> Reach {
     let (mut low, mut high) = (FOUR.splat(f32::INFINITY), FOUR.splat(f32::NEG_INFINITY));
     for reference in references {
         let middle = middle2(reference);

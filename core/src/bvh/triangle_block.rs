@@ -4,7 +4,7 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::block::{BLOCK, Block};
 use super::reference::FOUR;
-use super::{Bounds, Bvh, Join};
+use super::{Bounds, Bvh, Join, Quality};
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::kernel::{load3, splat3, sub};
 use crate::rays::last_axis;
@@ -31,7 +31,7 @@ impl Bvh<TriangleBlock> {
         join: &impl Join,
         corners: impl Fn(usize) -> [[f32; 3]; 3] + Sync,
     ) -> Self {
-        Self::build(count, first_id, join, corners)
+        Self::build(count, first_id, Quality::Good, join, corners)
     }
 }
 
