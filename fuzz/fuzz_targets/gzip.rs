@@ -1,0 +1,33 @@
+//! Any bytes as a gzipped OBJ file: as they are, after a sound header, or soundly packed, when they must load as the
+//! same bytes unpacked do.
+#![no_main]
+
+mod files;
+
+use std::io::Write;
+
+use flate2::{Compression, write::GzEncoder};
+use libfuzzer_sys::fuzz_target;
+
+const HEADER: [u8; 10] = [0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3];
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((how, bytes)) = bytes.split_first() else { return };
+    match how % 3 {
+        0 => drop(files::load(&files::write("fuzz.obj.gz", bytes))),
+        1 => drop(files::load(&files::write("fuzz.obj.gz", &[&HEADER, bytes].concat()))),
+        _ => {
+            let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+            encoder.write_all(bytes).unwrap();
+            let packed = files::load(&files::write("fuzz.obj.gz", &encoder.finish().unwrap()));
+            let plain = files::load(&files::write("fuzz.obj", bytes));
+            match (packed, plain) {
+                (Ok(packed), Ok(plain)) => assert_eq!(packed.report.triangles, plain.report.triangles),
+                (Err(packed), Err(plain)) => assert_eq!(packed.line, plain.line, "{packed} {plain}"),
+                // Text that shrinks to less than a thirtieth is refused packed.
+                (Err(packed), Ok(_)) => assert!(packed.problem.contains("unpacks to more"), "{packed}"),
+                (Ok(_), Err(plain)) => panic!("only packed it loads: {plain}"),
+            }
+        }
+    }
+});
