@@ -49,9 +49,10 @@ impl Block for TriangleBlock {
         let [a, b, c] = corners;
         let row = |p: &[f32; 3]| FOUR.load(&[p[0], p[1], p[2], 0.0], 0);
         let (a, b, c) = (row(a), row(b), row(c));
-        // Of a number that is not finite the difference to itself is no number.
-        let zero = (a - a) + (b - b) + (c - c);
-        let sound = zero.eq(FOUR.splat(0.0)).all() && !a.eq(b).all() && !b.eq(c).all() && !c.eq(a).all();
+        // What is not finite gives no number.
+        let zero = FOUR.splat(0.0);
+        let sound =
+            (a * zero + b * zero + c * zero).eq(zero).all() && !a.eq(b).all() && !b.eq(c).all() && !c.eq(a).all();
         sound.then(|| {
             let mut bounds = Bounds::EMPTY;
             a.min(b).min(c).store(&mut bounds.low, 0);
