@@ -16,7 +16,7 @@ choice! {
     "acceleration structure" AccelerationKind {
         /// Bounding volume hierarchy with eight children a node.
         Bvh = "bvh",
-        /// The same, built in a third of the time and slower to trace: for scenes that are built anew each frame.
+        /// The same, built in half the time or less and slower to trace: for scenes that are built anew each frame.
         Fast = "bvh-fast",
         /// None: every ray tries every primitive. The other structures must agree with it.
         Brute = "brute",
