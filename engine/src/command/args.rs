@@ -85,7 +85,8 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) traverser: TraverserKind,
 
-    /// Load balancer: work-queue, work-queue:GRANULARITY, cyclic or static
+    /// Load balancer: work-queue, work-queue:GRANULARITY, by-cost (learns what tiles cost; for many processors), cyclic or
+    /// static
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) balancer: BalancerKind,
 
