@@ -90,7 +90,7 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) balancer: BalancerKind,
 
-    /// Acceleration structure: bvh, or brute for none
+    /// Acceleration structure: bvh, bvh-fast to build it quickly, or brute for none
     #[arg(long, value_name = "NAME", default_value_t = AccelerationKind::Bvh)]
     pub(crate) accel: AccelerationKind,
 
