@@ -76,7 +76,8 @@ fn dispatch(token: AnyToken) -> f64 {
 /// The bare loop: no component, no trait object, one tree of triangles.
 struct Bare {
     bvh: Bvh<TriangleBlock>,
-    /// Base colours, linear.
+    geometry: Arc<Geometry>,
+    /// Base colours by material, linear.
     colors: Vec<[f32; 3]>,
     camera: Pinhole,
     side: usize,
@@ -102,9 +103,13 @@ impl Bare {
                     Camera::<N>::make_rays(&self.camera, context, size, &mut packet);
                     packet.reset_hits();
                     self.bvh.intersect(context.token, &mut packet);
+                    let mut near = 0;
                     for (i, &[x, y]) in pixels.iter().enumerate() {
-                        let hit = packet.was_hit(i);
-                        let color = if hit { self.colors[packet.hits.primitive[i] as usize] } else { [0.0; 3] };
+                        let mut color = [0.0; 3];
+                        if packet.was_hit(i) {
+                            let material = self.geometry.material(packet.hits.primitive[i], &mut near) as usize;
+                            color = self.colors[material.min(self.colors.len() - 1)];
+                        }
                         self.picture[y as usize * self.side + x as usize] = to_pixel(color.into());
                     }
                     self.packets += 1;
@@ -154,13 +159,15 @@ fn measure(name: &str, token: AnyToken, arguments: &Arguments) -> Result<(), Box
     let statistics = Statistics::default();
     let context = Context { token, scene: &scene, renderer: &Primary, statistics: &statistics, frame: 0 };
     let ids = geometry.triangle_ids();
-    let color = |id: u32| scene.material(geometry.material(id, &mut 0)).base_color().to_array();
+    // The last one is the default.
+    let color = |index: usize| scene.material(index as u32).base_color().to_array();
     let corners = |i: usize| {
         geometry.triangle(ids.start + i as u32).map_or(TriangleBlock::NOWHERE, |corners| corners.map(|p| p.to_array()))
     };
     let mut bare = Bare {
         bvh: Bvh::triangles(ids.len(), ids.start, &Serial, corners),
-        colors: ids.clone().map(color).collect(),
+        colors: (0..=description.materials.len()).map(color).collect(),
+        geometry: geometry.clone(),
         camera: Pinhole::new(view),
         side,
         picture: vec![0; side * side],
