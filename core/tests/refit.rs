@@ -3,7 +3,7 @@
 mod common;
 
 use common::{AIMS, Random, SHAPES, Shape, Triangle};
-use mobula_core::bvh::{Block, Bounds, Bvh, Join, Serial, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Block, Bounds, Bvh, Join, Quality, Serial, SphereBlock, TriangleBlock};
 use mobula_core::glam::Vec3;
 use mobula_core::simd::AnyToken;
 use mobula_core::{AnyHitPacket, RayPacket};
@@ -57,6 +57,24 @@ fn spoil(triangles: &mut [Triangle], random: &mut Random) {
             1 => triangle[2][2] = f32::INFINITY,
             2 => triangle[1] = triangle[0],
             _ => {}
+        }
+    }
+}
+
+/// All shapes, sizes and places: the tree built fast finds what the good one finds.
+#[test]
+fn trees_built_fast_find_the_same() {
+    for (round, shape) in SHAPES.into_iter().enumerate() {
+        for (scale, offset) in [(1.0, 0.0), (1e-12, 0.0), (1e12, 0.0), (1.0, 1e4)] {
+            let (mut random, offset) = (Random(round as u64), Vec3::splat(offset));
+            let scene = shape.triangles(700, scale, offset, &mut random);
+            let [fast, good] = [Quality::Fast, Quality::Good]
+                .map(|quality| Bvh::<TriangleBlock>::build(scene.len(), 3, quality, &Threads, |i| scene[i]));
+            assert_eq!(fast.primitives(), good.primitives());
+            for aim in AIMS {
+                let seed = |i: usize| Random((round * N + i) as u64);
+                agree(&fast, &good, |i| aim.ray(i, round, &scene, scale, offset, &mut seed(i)));
+            }
         }
     }
 }

@@ -3,7 +3,8 @@
 use alloc::vec::Vec;
 use core::mem::take;
 
-use super::{Block, Bounds, Bvh, Child, Join, Node};
+use super::join::{Join, each};
+use super::{Block, Bounds, Bvh, Child, Node};
 
 /// Subtrees of no more blocks are done without asking [`Join`].
 const GRAIN: usize = 4096;
@@ -17,7 +18,7 @@ impl<B: Block> Bvh<B> {
     /// tree was built stays out, and a primitive more or less needs a tree of its own: build anew.
     pub fn refit(&mut self, join: &impl Join, primitive: impl Fn(usize) -> B::Primitive + Sync) {
         let first_id = self.first_id;
-        let block = |block: &mut B| {
+        self.fill(join, &|_, block: &mut B| {
             let (mut bounds, ids) = (Bounds::EMPTY, *block.ids());
             for (place, id) in ids.into_iter().enumerate().filter(|&(_, id)| id != crate::NO_HIT) {
                 let moved = primitive((id - first_id) as usize);
@@ -30,7 +31,11 @@ impl<B: Block> Bvh<B> {
                 }
             }
             bounds
-        };
+        });
+    }
+
+    /// Fills all blocks and then all bounds: `block` gets each block with its number, and returns its bounds.
+    pub(super) fn fill(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) {
         let mut whole = Subtree {
             root: self.root,
             slot: 0,
@@ -38,15 +43,13 @@ impl<B: Block> Bvh<B> {
             first_node: 0,
             blocks: &mut self.blocks,
             first_block: 0,
-            bounds: Bounds::EMPTY,
         };
-        whole.refit(join, &block);
-        self.bounds = whole.bounds;
+        self.bounds = whole.fill(join, block);
         self.scale = self.bounds.scale();
     }
 }
 
-/// A subtree's nodes and blocks: where they start in the whole tree, and what becomes of their bounds.
+/// A subtree's nodes and blocks, and where they start in the whole tree.
 struct Subtree<'a, B> {
     root: Child,
     /// Where its parent has it.
@@ -55,36 +58,35 @@ struct Subtree<'a, B> {
     first_node: usize,
     blocks: &'a mut [B],
     first_block: usize,
-    bounds: Bounds,
 }
 
 impl<B: Block> Subtree<'_, B> {
-    fn refit(&mut self, join: &impl Join, block: &(impl Fn(&mut B) -> Bounds + Sync)) {
+    fn fill(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) -> Bounds {
         if self.nodes.is_empty() || self.blocks.len() <= GRAIN {
+            // All blocks first, in the order of memory.
+            let blocks = self.blocks.iter_mut().enumerate();
+            let bounds: Vec<Bounds> = blocks.map(|(i, its)| block(self.first_block + i, its)).collect();
             // Children stand behind their parents: backwards, they are done first.
             for at in (0..self.nodes.len()).rev() {
                 let mut node = self.nodes[at];
                 for slot in 0..8 {
-                    node.set(slot, &self.child(node.child[slot], block), node.child[slot]);
+                    node.set(slot, &self.bounds(node.child[slot], &bounds), node.child[slot]);
                 }
                 self.nodes[at] = node;
             }
-            self.bounds = self.child(self.root, block);
-            return;
+            return self.bounds(self.root, &bounds);
         }
-        let mut parts = self.split();
-        each(&mut parts, &|part: &mut Subtree<'_, B>| part.refit(join, block), join);
-        let bounds: Vec<_> = parts.into_iter().map(|part| (part.slot, part.bounds)).collect();
+        let bounds = each(join, &mut self.split(), &|part| (part.slot, part.fill(join, block)));
         let root = &mut self.nodes[0];
         for (slot, bounds) in bounds {
             root.set(slot, &bounds, root.child[slot]);
         }
-        self.bounds = root.bounds();
+        root.bounds()
     }
 
-    /// The bounds of a child, once its own children have theirs.
+    /// The bounds of a child, from those of the blocks and of what its own children have.
     #[inline(always)]
-    fn child(&mut self, child: Child, block: &impl Fn(&mut B) -> Bounds) -> Bounds {
+    fn bounds(&self, child: Child, blocks: &[Bounds]) -> Bounds {
         if child == Child::EMPTY {
             return Bounds::EMPTY;
         }
@@ -93,7 +95,7 @@ impl<B: Block> Subtree<'_, B> {
         }
         let mut bounds = Bounds::EMPTY;
         for at in child.blocks() {
-            bounds.merge(&block(&mut self.blocks[at - self.first_block]));
+            bounds.merge(&blocks[at - self.first_block]);
         }
         bounds
     }
@@ -119,7 +121,6 @@ impl<B: Block> Subtree<'_, B> {
                 nodes: its_nodes,
                 first_block: starts[slot],
                 blocks: its_blocks,
-                bounds: Bounds::EMPTY,
             });
         }
         parts
@@ -132,14 +133,4 @@ fn first_block_of(nodes: &[Node], first_node: usize, mut child: Child) -> usize 
         child = nodes[child.index() - first_node].child[0];
     }
     child.blocks().start
-}
-
-/// Does something with each, in parallel.
-fn each<T: Send>(items: &mut [T], work: &(impl Fn(&mut T) + Sync), join: &impl Join) {
-    if let [item] = items {
-        work(item);
-    } else if !items.is_empty() {
-        let (left, right) = items.split_at_mut(items.len() / 2);
-        join.join(|| each(left, work, join), || each(right, work, join));
-    }
 }

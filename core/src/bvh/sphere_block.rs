@@ -3,7 +3,7 @@
 use mobula_simd::Token;
 
 use super::block::{BLOCK, Block};
-use super::{Bounds, Bvh, Join};
+use super::{Bounds, Bvh, Join, Quality};
 use crate::kernel::sphere::sphere;
 use crate::kernel::{load3, splat3, sub};
 use crate::traverse::SingleRay;
@@ -22,7 +22,7 @@ impl Bvh<SphereBlock> {
     /// Builds over spheres `0..count` (`[x, y, z, radius]`), whose ids are `first_id..first_id + count`. Those that are
     /// not finite or whose radius is not positive are left out.
     pub fn spheres(count: usize, first_id: u32, join: &impl Join, sphere: impl Fn(usize) -> [f32; 4] + Sync) -> Self {
-        Self::build(count, first_id, join, sphere)
+        Self::build(count, first_id, Quality::Good, join, sphere)
     }
 }
 

@@ -1,9 +1,10 @@
 //! Four triangles.
 
-use mobula_simd::{I32Lanes, Token};
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::block::{BLOCK, Block};
-use super::{Bounds, Bvh, Join};
+use super::reference::FOUR;
+use super::{Bounds, Bvh, Join, Quality};
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::kernel::{load3, splat3, sub};
 use crate::rays::last_axis;
@@ -30,7 +31,7 @@ impl Bvh<TriangleBlock> {
         join: &impl Join,
         corners: impl Fn(usize) -> [[f32; 3]; 3] + Sync,
     ) -> Self {
-        Self::build(count, first_id, join, corners)
+        Self::build(count, first_id, Quality::Good, join, corners)
     }
 }
 
@@ -44,9 +45,20 @@ impl Block for TriangleBlock {
     const SHEARS: bool = true;
 
     #[inline(always)]
-    fn bounds(&[a, b, c]: &[[f32; 3]; 3]) -> Option<Bounds> {
-        let finite = [a, b, c].iter().flatten().all(|x| x.is_finite());
-        (finite && a != b && b != c && c != a).then(|| Bounds::of_points(&[a, b, c]))
+    fn bounds(corners: &[[f32; 3]; 3]) -> Option<Bounds> {
+        let [a, b, c] = corners;
+        let row = |p: &[f32; 3]| FOUR.load(&[p[0], p[1], p[2], 0.0], 0);
+        let (a, b, c) = (row(a), row(b), row(c));
+        // What is not finite gives no number.
+        let zero = FOUR.splat(0.0);
+        let sound =
+            (a * zero + b * zero + c * zero).eq(zero).all() && !a.eq(b).all() && !b.eq(c).all() && !c.eq(a).all();
+        sound.then(|| {
+            let mut bounds = Bounds::EMPTY;
+            a.min(b).min(c).store(&mut bounds.low, 0);
+            a.max(b).max(c).store(&mut bounds.high, 0);
+            bounds
+        })
     }
 
     #[inline(always)]

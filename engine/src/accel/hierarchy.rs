@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use mobula_core::bvh::{Block, Bvh, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Block, Bvh, Quality, SphereBlock, TriangleBlock};
 use mobula_core::simd::AnyToken;
 use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, RayPacket};
@@ -34,10 +34,15 @@ struct Trees {
 }
 
 impl Hierarchy {
-    pub(super) fn new(geometry: &Geometry, casts_shadow: &(dyn Fn(u32) -> bool + Sync), all: bool) -> Self {
+    pub(super) fn new(
+        geometry: &Geometry,
+        casts_shadow: &(dyn Fn(u32) -> bool + Sync),
+        quality: Quality,
+        all: bool,
+    ) -> Self {
         Self {
-            opaque: Trees::new(geometry, &|id| casts_shadow(geometry.material(id, &mut 0))),
-            clear: Trees::new(geometry, &|id| !casts_shadow(geometry.material(id, &mut 0))),
+            opaque: Trees::new(geometry, quality, &|id| casts_shadow(geometry.material(id, &mut 0))),
+            clear: Trees::new(geometry, quality, &|id| !casts_shadow(geometry.material(id, &mut 0))),
             bounds: geometry.bounds(),
             ids: [geometry.triangle_ids(), geometry.sphere_ids()],
             left_out: match geometry.report().left_out() {
@@ -64,7 +69,7 @@ fn is_left_out(geometry: &Geometry, id: u32) -> bool {
 }
 
 impl Trees {
-    fn new(geometry: &Geometry, keep: &(dyn Fn(u32) -> bool + Sync)) -> Self {
+    fn new(geometry: &Geometry, quality: Quality, keep: &(dyn Fn(u32) -> bool + Sync)) -> Self {
         let threads = Threads::available();
         // A NaN tells the builder to leave a primitive out. Nothing at all is cheaper than to leave out everything.
         let kept = |ids: Range<u32>| if ids.clone().any(keep) { ids } else { ids.start..ids.start };
@@ -78,8 +83,8 @@ impl Trees {
             if keep(id) { ball(geometry, id) } else { SphereBlock::NOWHERE }
         };
         Self {
-            triangles: Bvh::triangles(triangles.len(), triangles.start, &threads, corners),
-            spheres: Bvh::spheres(spheres.len(), spheres.start, &threads, ball),
+            triangles: Bvh::build(triangles.len(), triangles.start, quality, &threads, corners),
+            spheres: Bvh::build(spheres.len(), spheres.start, quality, &threads, ball),
         }
     }
 
