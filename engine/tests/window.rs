@@ -107,7 +107,7 @@ impl Session {
 fn wait(what: &str, mut done: impl FnMut() -> bool) {
     let start = Instant::now();
     while !done() {
-        assert!(start.elapsed() < Duration::from_secs(30), "no {what} within 30 s");
+        assert!(start.elapsed() < Duration::from_secs(60), "no {what} within 60 s");
         std::thread::sleep(Duration::from_millis(50));
     }
 }

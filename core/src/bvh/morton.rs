@@ -8,6 +8,7 @@ use alloc::vec::Vec;
 
 use mobula_simd::{F32Lanes, I32Lanes, Token};
 
+use super::block::BLOCK;
 use super::join::{Join, reduce};
 use super::reference::{self, FOUR, Reference, middle2};
 use super::sah::{Reach, reach};
@@ -15,6 +16,9 @@ use super::wide::Ranges;
 
 /// Bits of x, y and z in a code.
 const BITS: [u32; 3] = [11, 11, 10];
+
+/// So few primitives are dealt out to full blocks, whatever their codes.
+const FEW: usize = 4 * BLOCK;
 
 /// Code above, number of the primitive below. No two are equal, so the order is one whoever sorts.
 pub(super) type Key = u64;
@@ -45,7 +49,8 @@ pub(super) fn sorted(join: &impl Join, references: &mut [Reference]) -> Vec<Key>
     };
     reduce(join, &mut keys, 0, &run, &|_, _, (), ()| ());
     let mut room = vec![0; keys.len()];
-    sort(join, &mut keys, &mut room, 2);
+    // Halved once: with one thread each merge is a loss.
+    sort(join, &mut keys, &mut room, 1);
     keys
 }
 
@@ -134,8 +139,8 @@ impl<'a> Ranges<'a> for Morton {
 
     fn split(&self, _: &impl Join, range: &'a [Key], by_count: bool) -> [&'a [Key]; 2] {
         let differing = differing(range);
-        let middle = if by_count || differing == 0 {
-            range.len() / 2
+        let middle = if by_count || differing == 0 || range.len() <= FEW {
+            (range.len() / 2).next_multiple_of(BLOCK)
         } else {
             let bit = 63 - differing.leading_zeros();
             range.partition_point(|key| key >> bit & 1 == 0)

@@ -23,8 +23,8 @@ pub struct WorkQueue {
 }
 
 impl WorkQueue {
-    /// The granularity of the default: more even on many processors than a coarser one
-    /// (`benches/record/2026-11-22-scaling.md`).
+    /// The granularity of the default: in the simulation of `mobula scale` more even on many processors than a coarser
+    /// one, and no worse than a finer one.
     pub const GRANULARITY: usize = 8;
 
     /// A queue that hands out `1 / granularity` of what is left in each round of one assignment per thread. 1: one round

@@ -24,13 +24,17 @@ const ABORTED: usize = 2;
 /// One crossing. The epoch is what lies above the two flags; it wraps, and only equality is ever asked.
 const EPOCH: usize = 4;
 
-/// How long a waiter spins before it parks: about what parking and being woken costs, so that waiting is never much
-/// worse than the better of the two. Halved each time it was in vain, down to [`LEAST_PATIENCE`], and restored when it
-/// was not: on a machine that others keep busy, a spinning waiter only keeps the one it waits for from running.
-const SPIN_TIME: Duration = Duration::from_micros(20);
+/// How long a waiter spins before it parks: somewhat more than parking and being woken takes, so that who waits for one
+/// that is being woken meets it. Halved each time it was in vain, [`HALVINGS`] times, and restored when it was not: on a
+/// machine that others keep busy, a spinning waiter only keeps the one it waits for from running.
+const SPIN_TIME: Duration = Duration::from_micros(50);
 
 /// How often the spin time may be halved.
-const LEAST_PATIENCE: usize = 5;
+const HALVINGS: usize = 5;
+
+/// After so many times in vain it is tried in full again: threads that all park, since they wait for each other to wake up,
+/// would never find out that they need not.
+const IN_VAIN: usize = 32;
 
 /// How often a spinning waiter looks at the gate before it looks at the clock. The model checker, which has no clock,
 /// lets it look once.
@@ -61,7 +65,7 @@ pub struct Barrier {
     threads: CachePadded<AtomicUsize>,
     /// With more threads than this, waiters park at once.
     cores: usize,
-    /// How often the spin time has been halved. Beside the other rarely written things.
+    /// How often spinning has been in vain. Beside the other rarely written things.
     impatience: AtomicUsize,
 }
 
@@ -205,13 +209,11 @@ impl Barrier {
                     hint::spin_loop();
                     gate = group.gate.load(Ordering::Acquire);
                 }
-                if cfg!(loom) || start.elapsed() > SPIN_TIME / (1 << impatience) {
+                if cfg!(loom) || start.elapsed() > SPIN_TIME / (1 << impatience.min(HALVINGS)) {
                     break;
                 }
             }
-            if impatience < LEAST_PATIENCE {
-                self.impatience.store(impatience + 1, Ordering::Relaxed);
-            }
+            self.impatience.store((impatience + 1) % IN_VAIN, Ordering::Relaxed);
         }
         let mut guard = group.guard();
         loop {
