@@ -152,6 +152,8 @@ fn leavers_are_let_go() {
         let leavers = [thread::spawn(leave(1)), thread::spawn(leave(2))];
         leave(0)();
         barrier.cross(0, |_| ()).unwrap();
-        leavers.into_iter().for_each(|leaver| drop(leaver.join().unwrap()));
+        for leaver in leavers {
+            leaver.join().unwrap();
+        }
     });
 }
