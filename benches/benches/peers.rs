@@ -8,13 +8,13 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use mobula_benches::clock::{self, Elapsed};
-use mobula_benches::embree::{Device, Entry, Interface, Quality, Scene};
+use mobula_benches::embree::{Device, Entry, Interface, Quality, Scene, Source};
 use mobula_benches::packets::{self, Threads};
 use mobula_benches::rays::{Found, Kind, RaySet};
 use mobula_benches::report::{Build, Report, Row, Spread, Way};
 use mobula_benches::scenes::{self, Triangles, VIEWS, View};
 use mobula_benches::{secondary, verdict};
-use mobula_core::bvh::{Bvh, Serial, TriangleBlock};
+use mobula_core::bvh::{self, Bvh, Serial, TriangleBlock};
 use mobula_core::simd::{AnyToken, Level};
 
 /// Measures Mobula beside Embree.
@@ -155,7 +155,7 @@ impl Bench<'_> {
         for &level in &self.arguments.level {
             let token = AnyToken::for_level(level).map_err(|error| error.to_string())?;
             let (device, isa) = device(level, 1)?;
-            let embree = Scene::new(&device, triangles, Quality::Medium)?;
+            let embree = Scene::new(&device, Source::Triangles(triangles), Quality::Medium)?;
             // The rays are the same for all levels.
             if hits.hits(false) == 0 {
                 embree.intersect(ONE, &primary, &mut hits);
@@ -211,53 +211,119 @@ impl Bench<'_> {
         }
     }
 
-    /// Builds on one and two threads, turn by turn.
+    /// Builds and refits with one and two threads, turn by turn.
     fn builds(&mut self, view: &View, triangles: &Triangles) -> Result<(), String> {
         let level = *self.arguments.level.iter().max().ok_or("no level")?;
-        let devices = [device(level, 1)?.0, device(level, 2)?.0];
         let count = triangles.indices.len();
-        let turns = if count > 5_000_000 { 1 } else { self.arguments.repeat.min(5) };
-        let qualities = [Quality::Low, Quality::Medium, Quality::High];
-        let mut best = [[Elapsed { thread: f64::INFINITY, process: f64::INFINITY, wall: f64::INFINITY }; 2]; 4];
-        let mut bytes = [0; 4];
-        let least = |best: &mut Elapsed, time: Elapsed| {
-            best.process = best.process.min(time.process);
-            best.wall = best.wall.min(time.wall);
-        };
+        let turns = if count > 5_000_000 { 1 } else { self.arguments.repeat.clamp(1, 5) };
+        let mut table = Builders { scene: view.name, triangles: count, rows: Vec::new() };
+        let corners = |i: usize| triangles.corners(i);
         for _ in 0..turns {
-            let (bvh, time) = clock::time(|| build(triangles, &Serial));
-            least(&mut best[0][0], time);
-            bytes[0] = bvh.bytes();
-            drop(bvh);
-            least(&mut best[0][1], clock::time(|| build(triangles, &Threads::new(2))).1);
-            for (at, &quality) in qualities.iter().enumerate() {
-                if quality == Quality::High && count > 2_000_000 {
-                    continue;
+            for threads in [1, 2] {
+                table.least("compute loop", threads, || spin(threads));
+                let join = Threads::new(threads);
+                for (name, quality) in [("Mobula fast", bvh::Quality::Fast), ("Mobula", bvh::Quality::Good)] {
+                    let mut tree = None;
+                    let build = || tree = Some(Bvh::<TriangleBlock>::build(count, 0, quality, &join, corners));
+                    table.least(name, threads, build);
+                    let mut tree = tree.ok_or("no tree")?;
+                    table.bytes(name, tree.bytes());
+                    if quality == bvh::Quality::Good {
+                        let bounds = tree.bounds();
+                        table.least("Mobula refit", threads, || tree.refit(&join, corners));
+                        table.bytes("Mobula refit", tree.bytes());
+                        if tree.bounds().low[..3] != bounds.low[..3] || tree.bounds().high[..3] != bounds.high[..3] {
+                            self.failures.push(format!("{}: a refit changes bounds", view.name));
+                        }
+                    }
                 }
-                for (threads, device) in devices.iter().enumerate() {
-                    let (scene, time) = clock::time(|| Scene::new(device, triangles, quality));
-                    least(&mut best[at + 1][threads], time);
-                    bytes[at + 1] = scene?.bytes();
+                // One device at a time: they share their threads, and the later one decides how many.
+                let device = device(level, threads)?.0;
+                for quality in [Quality::Low, Quality::Medium, Quality::High, Quality::Refit] {
+                    if quality == Quality::High && count > 2_000_000 {
+                        continue;
+                    }
+                    let name = format!("Embree {}", quality.name());
+                    let mut scene = None;
+                    let mut build = || scene = Some(Scene::new(&device, Source::Triangles(triangles), quality));
+                    if quality == Quality::Refit {
+                        build();
+                        let mut scene = scene.ok_or("no scene")??;
+                        scene.refit();
+                        table.least(&name, threads, || scene.refit());
+                        table.bytes(&name, scene.bytes());
+                    } else {
+                        table.least(&name, threads, build);
+                        table.bytes(&name, scene.ok_or("no scene")??.bytes());
+                    }
                 }
             }
         }
-        let names = ["Mobula", "Embree low", "Embree medium", "Embree high"];
-        for ((name, [one, two]), bytes) in names.into_iter().zip(best).zip(bytes) {
-            if one.process.is_finite() {
-                eprintln!("{:<11} build {name:<14} {:.3} s, two threads {:.3} s", view.name, one.process, two.wall);
-                self.report.builds.push(Build {
-                    scene: view.name.into(),
-                    triangles: count,
-                    builder: name.into(),
-                    one: one.process,
-                    one_wall: one.wall,
-                    two_wall: two.wall,
-                    bytes,
-                });
-            }
+        for row in &table.rows {
+            eprintln!(
+                "{:<11} build {:<14} {:.4} s, two threads {:.4} s",
+                view.name, row.builder, row.one_wall, row.two_wall
+            );
         }
+        self.report.builds.append(&mut table.rows);
         Ok(())
     }
+}
+
+/// Rows of the table of builds: the least of all turns.
+struct Builders {
+    scene: &'static str,
+    triangles: usize,
+    rows: Vec<Build>,
+}
+
+impl Builders {
+    fn row(&mut self, builder: &str) -> &mut Build {
+        let at = self.rows.iter().position(|row| row.builder == builder).unwrap_or_else(|| {
+            self.rows.push(Build {
+                scene: self.scene.into(),
+                triangles: self.triangles,
+                builder: builder.into(),
+                one: f64::INFINITY,
+                one_wall: f64::INFINITY,
+                two_wall: f64::INFINITY,
+                bytes: 0,
+            });
+            self.rows.len() - 1
+        });
+        &mut self.rows[at]
+    }
+
+    fn least(&mut self, builder: &str, threads: usize, work: impl FnOnce()) {
+        let ((), time) = clock::time(work);
+        let row = self.row(builder);
+        if threads == 1 {
+            row.one = row.one.min(time.process);
+            row.one_wall = row.one_wall.min(time.wall);
+        } else {
+            row.two_wall = row.two_wall.min(time.wall);
+        }
+    }
+
+    fn bytes(&mut self, builder: &str, bytes: usize) {
+        self.row(builder).bytes = bytes;
+    }
+}
+
+/// The same work for one thread or two: what the machine itself gains from the second.
+fn spin(threads: usize) {
+    let run = |share: u64| {
+        let mut x = [1.0f64, 2.0, 3.0, 4.0];
+        for i in 0..share {
+            x.iter_mut().for_each(|x| *x = *x * 0.999 + i as f64 * 1e-9);
+        }
+        std::hint::black_box(x);
+    };
+    let share = 8_000_000 / threads as u64;
+    std::thread::scope(|scope| {
+        (1..threads).for_each(|_| drop(scope.spawn(move || run(share))));
+        run(share);
+    });
 }
 
 fn build(triangles: &Triangles, join: &impl mobula_core::bvh::Join) -> Bvh<TriangleBlock> {

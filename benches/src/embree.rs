@@ -82,8 +82,10 @@ unsafe extern "C" {
         stride: usize,
         count: usize,
     );
+    fn rtcUpdateGeometryBuffer(geometry: Handle, kind: c_int, slot: c_uint);
     fn rtcCommitGeometry(geometry: Handle);
     fn rtcNewScene(device: Handle) -> Handle;
+    fn rtcSetSceneFlags(scene: Handle, flags: c_int);
     fn rtcReleaseScene(scene: Handle);
     fn rtcSetSceneBuildQuality(scene: Handle, quality: c_int);
     fn rtcAttachGeometry(scene: Handle, geometry: Handle) -> c_uint;
@@ -103,10 +105,13 @@ unsafe extern "C" {
 }
 
 const TRIANGLES: c_int = 0;
+const SPHERES: c_int = 50;
 const INDEX_BUFFER: c_int = 0;
 const VERTEX_BUFFER: c_int = 1;
 const UINT3: c_int = 0x5003;
 const FLOAT3: c_int = 0x9003;
+const FLOAT4: c_int = 0x9004;
+const DYNAMIC: c_int = 1;
 const NONE: c_uint = c_uint::MAX;
 const NATIVE_4: c_int = 32;
 const NATIVE_8: c_int = 33;
@@ -172,6 +177,8 @@ pub enum Quality {
     Medium,
     /// With spatial splits.
     High,
+    /// For geometry that moves: [`Scene::refit`] follows.
+    Refit,
 }
 
 impl Quality {
@@ -181,6 +188,7 @@ impl Quality {
             Self::Low => "low",
             Self::Medium => "medium",
             Self::High => "high",
+            Self::Refit => "refit",
         }
     }
 }
@@ -252,41 +260,80 @@ extern "C" fn count_bytes(counter: *mut c_void, bytes: isize, _after: bool) -> b
     true
 }
 
-/// A committed scene of one triangle mesh.
+/// What a scene is made of.
+#[derive(Clone, Copy, Debug)]
+pub enum Source<'a> {
+    /// A triangle mesh.
+    Triangles(&'a Triangles),
+    /// Spheres: centre, radius.
+    Spheres(&'a [[f32; 4]]),
+}
+
+/// A committed scene of one geometry.
 #[derive(Debug)]
 pub struct Scene<'a> {
     handle: Handle,
+    /// Kept by the scene.
+    geometry: Handle,
     bytes: isize,
-    users: PhantomData<(&'a Device, &'a Triangles)>,
+    users: PhantomData<(&'a Device, Source<'a>)>,
 }
 
 impl<'a> Scene<'a> {
-    /// Builds; the triangles are shared, not copied.
+    /// Builds; the primitives are shared, not copied.
     ///
     /// # Errors
     /// Embree's error.
-    pub fn new(device: &'a Device, triangles: &'a Triangles, quality: Quality) -> Result<Self, String> {
-        // The positions have one more than the indices know: Embree reads 16 bytes at each corner.
-        let corners = triangles.positions.len() - 1;
+    pub fn new(device: &'a Device, source: Source<'a>, quality: Quality) -> Result<Self, String> {
         let before = device.bytes.load(Relaxed);
         // SAFETY: the buffers hold `count` items of the given stride and format, aligned to 4 bytes, are readable for
         // 16 bytes at the last vertex, and outlive the scene by `'a`. The geometry belongs to the scene once attached.
-        let handle = unsafe {
-            let geometry = rtcNewGeometry(device.handle, TRIANGLES);
-            let (vertices, indices) = (triangles.positions.as_ptr().cast(), triangles.indices.as_ptr().cast());
-            rtcSetSharedGeometryBuffer(geometry, VERTEX_BUFFER, 0, FLOAT3, vertices, 0, 12, corners);
-            rtcSetSharedGeometryBuffer(geometry, INDEX_BUFFER, 0, UINT3, indices, 0, 12, triangles.indices.len());
+        let (handle, geometry) = unsafe {
+            let geometry = match source {
+                Source::Triangles(triangles) => {
+                    // The positions have one more than the indices know: Embree reads 16 bytes at each corner.
+                    let corners = triangles.positions.len() - 1;
+                    let geometry = rtcNewGeometry(device.handle, TRIANGLES);
+                    let (vertices, indices) = (triangles.positions.as_ptr().cast(), triangles.indices.as_ptr().cast());
+                    rtcSetSharedGeometryBuffer(geometry, VERTEX_BUFFER, 0, FLOAT3, vertices, 0, 12, corners);
+                    let count = triangles.indices.len();
+                    rtcSetSharedGeometryBuffer(geometry, INDEX_BUFFER, 0, UINT3, indices, 0, 12, count);
+                    geometry
+                }
+                Source::Spheres(spheres) => {
+                    let geometry = rtcNewGeometry(device.handle, SPHERES);
+                    let data = spheres.as_ptr().cast();
+                    rtcSetSharedGeometryBuffer(geometry, VERTEX_BUFFER, 0, FLOAT4, data, 0, 16, spheres.len());
+                    geometry
+                }
+            };
             rtcSetGeometryBuildQuality(geometry, quality as c_int);
             rtcCommitGeometry(geometry);
             let scene = rtcNewScene(device.handle);
-            rtcSetSceneBuildQuality(scene, quality as c_int);
+            if quality == Quality::Refit {
+                // Refitting is what its builder of dynamic scenes does, with the geometry's own tree below.
+                rtcSetSceneFlags(scene, DYNAMIC);
+                rtcSetSceneBuildQuality(scene, Quality::Low as c_int);
+            } else {
+                rtcSetSceneBuildQuality(scene, quality as c_int);
+            }
             rtcAttachGeometry(scene, geometry);
             rtcReleaseGeometry(geometry);
             rtcCommitScene(scene);
-            scene
+            (scene, geometry)
         };
-        let scene = Self { handle, bytes: device.bytes.load(Relaxed) - before, users: PhantomData };
+        let scene = Self { handle, geometry, bytes: device.bytes.load(Relaxed) - before, users: PhantomData };
         device.check().map(|()| scene)
+    }
+
+    /// Says that all vertices moved, and refits if it was built for that.
+    pub fn refit(&mut self) {
+        // SAFETY: the scene and its geometry live until `drop`; nobody traces meanwhile.
+        unsafe {
+            rtcUpdateGeometryBuffer(self.geometry, VERTEX_BUFFER, 0);
+            rtcCommitGeometry(self.geometry);
+            rtcCommitScene(self.handle);
+        }
     }
 
     /// Bytes that the scene occupies, without the triangles that it shares.

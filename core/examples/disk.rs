@@ -36,7 +36,7 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     }
 
     #[inline(always)]
-    fn common<const N: usize>(rays: &Rays<N>) -> [f32; 3] {
+    fn common<T: Token, const N: usize>(_token: T, rays: &Rays<N>) -> [f32; 3] {
         rays.ray(rays.range().start % N).0.to_array()
     }
 
@@ -53,6 +53,7 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
     fn test<T: Token, const N: usize>(
         token: T,
         &(center, radius2): &([T::F32; 3], T::F32),
+        _i: usize,
         _origin: [f32; 3],
         rays: &Rays<N>,
         at: usize,
@@ -65,7 +66,7 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
         (dot(off, off).lt(radius2) & t.gt(t_min) & t.le(t_max), t)
     }
 
-    fn truth(disk: &Facing, ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(disk: &Facing, _i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)> {
         let [x, y, z] = [0, 1, 2].map(|k| f64::from(disk.center[k]) - ray.origin[k]);
         let [dx, dy, dz] = ray.direction;
         let t = z / dz;

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Aim, Random, Shape, Triangle};
-use mobula_core::bvh::{Bounds, Bvh, Join, Serial, TriangleBlock};
+use mobula_core::bvh::{Bounds, Bvh, Join, Quality, Serial, TriangleBlock};
 use mobula_core::glam::Vec3;
 use mobula_core::simd::AnyToken;
 use mobula_core::{NO_HIT, Properties, RayPacket};
@@ -168,13 +168,16 @@ fn deeply_nested_sizes_do_not_overflow_the_stack() {
                 [[shift, shift, -size], [shift + size, shift, size], [shift, shift + size, size]]
             })
             .collect();
-        let bvh = triangles(&scene);
-        let grazing = packet(|i| (Vec3::splat(-1e-3 * (i % 8) as f32), Vec3::new(1.0, 1.0 + i as f32 * 1e-4, 1e-3)));
-        for token in AnyToken::available() {
-            let (mut tree, mut all) = (grazing.clone(), grazing.clone());
-            bvh.intersect(token, &mut tree);
-            bvh.intersect_all(token, &mut all);
-            assert_eq!(tree.hits.primitive, all.hits.primitive, "{token:?} beside {beside}");
+        for quality in [Quality::Fast, Quality::Good] {
+            let bvh = Bvh::<TriangleBlock>::build(scene.len(), 0, quality, &Serial, |i| scene[i]);
+            let grazing =
+                packet(|i| (Vec3::splat(-1e-3 * (i % 8) as f32), Vec3::new(1.0, 1.0 + i as f32 * 1e-4, 1e-3)));
+            for token in AnyToken::available() {
+                let (mut tree, mut all) = (grazing.clone(), grazing.clone());
+                bvh.intersect(token, &mut tree);
+                bvh.intersect_all(token, &mut all);
+                assert_eq!(tree.hits.primitive, all.hits.primitive, "{token:?} beside {beside}");
+            }
         }
     }
 }
@@ -195,12 +198,15 @@ impl Join for Threads {
 #[test]
 fn the_tree_is_the_same_bytes_whoever_builds_it() {
     for shape in [Shape::Scattered, Shape::Coplanar, Shape::Nested] {
-        let scene = shape.triangles(20_000, 1.0, Vec3::ZERO, &mut Random(9));
-        let serial = triangles(&scene);
-        let threads = Bvh::<TriangleBlock>::triangles(scene.len(), 0, &Threads, |i| scene[i]);
-        assert!(serial.nodes() > 100);
-        // Debug prints every float so that it reads back as the same bits.
-        assert!(format!("{serial:?}") == format!("{threads:?}"), "{shape:?}");
+        // More than the builders do in one piece.
+        let scene = shape.triangles(100_000, 1.0, Vec3::ZERO, &mut Random(9));
+        for quality in [Quality::Fast, Quality::Good] {
+            let serial = Bvh::<TriangleBlock>::build(scene.len(), 0, quality, &Serial, |i| scene[i]);
+            let threads = Bvh::<TriangleBlock>::build(scene.len(), 0, quality, &Threads, |i| scene[i]);
+            assert!(serial.nodes() > 1000);
+            // Debug prints every float so that it reads back as the same bits.
+            assert!(format!("{serial:?}") == format!("{threads:?}"), "{shape:?} {quality:?}");
+        }
     }
 }
 

@@ -167,3 +167,17 @@ fn the_sign_of_a_packet_whose_first_ray_is_infinitely_fast_is_its_bit() {
         slab.check(token, 16, &mut Dice::from_bytes(&bytes)).unwrap();
     }
 }
+
+/// A box of no size, next to the origin of rays that are far from zero: multiplying the origin out rounds as a fraction of that
+/// distance, and the guard knew of the box's only. Found by fuzzing.
+#[test]
+fn a_point_beside_an_origin_that_is_multiplied_out_may_be_missed() {
+    let mut bytes = [255; 51];
+    bytes[..13].copy_from_slice(&[14, 229, 243, 0, 158, 148, 0, 0, 224, 0, 0, 255, 255]);
+    bytes[23] = 247;
+    bytes[32..].copy_from_slice(&[229, 239, 223, 191, 14, 14, 97, 1, 64, 0, 46, 255, 100, 168, 151, 194, 255, 14, 255]);
+    let children = KERNELS.iter().find(|e| e.kernel == "children" && e.case == "sorted_fused").unwrap();
+    for token in AnyToken::available() {
+        children.check(token, 32, &mut Dice::from_bytes(&bytes)).unwrap();
+    }
+}

@@ -11,11 +11,11 @@ use mobula::pipeline::barrier::Barrier;
 const ROUNDS: usize = 15;
 
 /// Seconds per crossing of `threads` threads that do nothing else.
-fn time(threads: usize, crossings: u64, cross: &(impl Fn() + Sync)) -> f64 {
+fn time(threads: usize, crossings: u64, cross: &(impl Fn(usize) + Sync)) -> f64 {
     let start = Instant::now();
     std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| (0..crossings).for_each(|_| cross()));
+        for thread in 0..threads {
+            scope.spawn(move || (0..crossings).for_each(|_| cross(thread)));
         }
     });
     start.elapsed().as_secs_f64() / crossings as f64
@@ -28,15 +28,15 @@ fn race(threads: usize) -> (f64, f64) {
     for _ in 0..ROUNDS {
         let serial = AtomicU64::new(0);
         let barrier = Barrier::new(threads);
-        ours.push(time(threads, crossings, &|| {
-            let crossed = barrier.cross(|_| {
+        ours.push(time(threads, crossings, &|thread| {
+            let crossed = barrier.cross(thread, |_| {
                 serial.fetch_add(1, Ordering::Relaxed);
             });
             crossed.expect("nobody aborts");
         }));
         assert_eq!(serial.into_inner(), crossings, "every crossing has one serial part");
         let barrier = Standard::new(threads);
-        standard.push(time(threads, crossings, &|| {
+        standard.push(time(threads, crossings, &|_| {
             barrier.wait();
         }));
     }

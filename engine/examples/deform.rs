@@ -1,4 +1,5 @@
-//! A sea that moves: in place by parallel callbacks, then by a copy that a transaction swaps in.
+//! A sea that moves: in place by parallel callbacks, which the hierarchy is refitted to, then by a copy that a transaction
+//! swaps in.
 
 use std::error::Error;
 use std::sync::{Arc, Mutex};
@@ -10,7 +11,7 @@ use mobula::balance::BalancerKind;
 use mobula::camera::View;
 use mobula::image::{FrameBuffer, Size};
 use mobula::pipeline::{Config, Frame, Pipeline};
-use mobula::scene::{Mesh, Object, Scene, SceneDescription};
+use mobula::scene::{Geometry, Mesh, Object, Scene, SceneDescription};
 use mobula::stack::{Fragment, Statistics};
 use mobula::traverse::{RenderStage, TileSize, TraverserKind};
 use mobula_simd::AnyToken;
@@ -29,8 +30,8 @@ fn row(z: usize, phase: f32) -> Vec<[f32; 3]> {
     (0..SIDE).map(|x| [x as f32, (x as f32 * 0.5 + z as f32 * 0.2 + phase).sin(), z as f32]).collect()
 }
 
-/// Compiles the scene, hierarchy and all.
-fn build(rows: impl Iterator<Item = Vec<[f32; 3]>>) -> Scene<N> {
+/// The sea through these rows of points.
+fn sea(rows: impl Iterator<Item = Vec<[f32; 3]>>) -> SceneDescription {
     let at = |x: usize, z: usize| (z * SIDE + x) as u32;
     let cells = (0..SIDE - 1).flat_map(|z| (0..SIDE - 1).map(move |x| (x, z)));
     let triangles = cells.flat_map(|(x, z)| {
@@ -42,8 +43,12 @@ fn build(rows: impl Iterator<Item = Vec<[f32; 3]>>) -> Scene<N> {
     let view =
         View { eye: Vec3::new(middle, 15.0, 2.5 * middle), at: Vec3::new(middle, 0.0, middle), up: Vec3::Y, fov: 60.0 };
     let objects = vec![Object::Mesh(Arc::new(mesh))];
-    let description = SceneDescription { objects, view: Some(view), ..SceneDescription::default() };
-    Scene::build(&description, AccelerationKind::Bvh).expect("few triangles")
+    SceneDescription { objects, view: Some(view), ..SceneDescription::default() }
+}
+
+/// Compiles it, hierarchy and all.
+fn build(rows: impl Iterator<Item = Vec<[f32; 3]>>) -> Scene<N> {
+    Scene::build(&sea(rows), AccelerationKind::Bvh).expect("few triangles")
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -57,15 +62,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     pipeline.add_stage(RenderStage::new(traverser, render));
 
-    // In place: all threads move their rows, then one rebuilds the hierarchy before the frame.
+    // In place: all threads move their rows, then the hierarchy follows, before the frame.
     let waves = pipeline.callbacks().parallel_animation("waves", |worker| {
         for z in worker.share(SIDE) {
             *worker.state.rows[z].lock().expect("nobody panics") = row(z, worker.frame as f32 * 0.3);
         }
     });
-    let rebuild = pipeline.callbacks().serial_pre_render("rebuild", |point| {
+    let refit = pipeline.callbacks().serial_pre_render("refit", |point| {
         let Sea { rows, components } = &mut *point.state;
-        components.scene = build(rows.iter().map(|row| row.lock().expect("nobody panics").clone()));
+        let moved = sea(rows.iter().map(|row| row.lock().expect("nobody panics").clone()));
+        let geometry = Geometry::new(&moved.objects).expect("few triangles");
+        components.scene.refit(geometry.into()).expect("the same triangles");
     });
     let mut pictures = Vec::new();
     for _ in 0..4 {
@@ -74,9 +81,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     assert!(pictures.windows(2).all(|pair| pair[0] != pair[1]), "the sea moves");
 
-    // A copy: another thread builds it while frames go on with the old one, and sends it when it is ready.
+    // A hierarchy that followed shows what one that is built anew shows.
     pipeline.callbacks().remove(waves);
-    pipeline.callbacks().remove(rebuild);
+    pipeline.callbacks().remove(refit);
+    pipeline.state().components.scene = build((0..SIDE).map(|z| row(z, 3.0 * 0.3)));
+    pipeline.run(1)?;
+    assert!(pipeline.picture(0).expect("a picture").1.to_rgba8() == pictures[3], "refitted and built anew are alike");
+
+    // A copy: another thread builds it while frames go on with the old one, and sends it when it is ready.
     let handle = pipeline.handle();
     let builder = std::thread::spawn(move || {
         let calm = build((0..SIDE).map(|z| (0..SIDE).map(|x| [x as f32, 0.0, z as f32]).collect()));

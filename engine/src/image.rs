@@ -47,6 +47,9 @@ impl Size {
         }
     }
 
+    /// One pixel.
+    pub const SMALLEST: Self = Self { width: 1, height: 1 };
+
     /// Pixels in a row.
     pub const fn width(self) -> usize {
         self.width as usize

@@ -97,6 +97,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> io::Result<bool> {
     if let Some(unavailable) = options.level.iter().find_map(|&level| AnyToken::for_level(level).err()) {
         return Err(io::Error::other(unavailable));
     }
+    let filter = options.filter.as_deref().unwrap_or("");
+    if !KERNELS.iter().any(|entry| format!("{} {}", entry.kernel, entry.case).contains(filter)) {
+        let mut known: Vec<&str> = KERNELS.iter().map(|entry| entry.kernel).collect();
+        known.dedup();
+        let text =
+            format!("no kernel or special case has {filter:?} in its name; the kernels are {}", known.join(", "));
+        return Err(io::Error::other(text));
+    }
     let table = !options.json && !options.csv;
     if options.csv {
         writeln!(out, "{}", CSV.join(","))?;
@@ -212,7 +220,8 @@ fn json(Measured { row, ns, vs_general, vs_scalar }: &Measured) -> serde_json::V
 
 /// Curves over the packet width: what each special case costs at a level, and how much faster each level is.
 fn plot(all: &[Measured], folder: &Path) -> io::Result<()> {
-    std::fs::create_dir_all(folder)?;
+    let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", folder.display()));
+    std::fs::create_dir_all(folder).map_err(named)?;
     let mut charts: BTreeMap<String, Chart> = BTreeMap::new();
     for Measured { row, vs_scalar, .. } in all {
         let (kernel, case, level) = (row.kernel, row.case, row.level);
@@ -311,6 +320,13 @@ mod tests {
             run(&Options { csv, filter: Some("slab general".to_owned()), ..small() }, &mut out).unwrap();
             assert_eq!(String::from_utf8(out).unwrap().lines().count(), 1 + 4);
         }
+    }
+
+    #[test]
+    fn a_filter_that_nothing_matches_is_an_error_that_names_the_kernels() {
+        let options = Options { filter: Some("cone".to_owned()), ..small() };
+        let error = run(&options, &mut io::sink()).unwrap_err().to_string();
+        assert!(error.contains("\"cone\"") && error.contains("triangle, sphere, slab"), "{error}");
     }
 
     #[test]

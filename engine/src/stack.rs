@@ -14,7 +14,7 @@ use mobula_core::{AnyHitPacket, Column, Columns3, RayPacket, SubPacket};
 use mobula_simd::AnyToken;
 
 use crate::image::FrameBuffer;
-use crate::scene::Scene;
+use crate::scene::{Geometry, Scene};
 pub use crate::traverse::Fragment;
 
 /// What a thread carries through the stack while it renders a fragment: nothing above the renderer, the renderer and
@@ -101,9 +101,22 @@ pub trait AccelerationStructure<const N: usize>: Send + Sync {
     /// Sets `t_max` of each active ray that hits anything to `-inf`.
     fn occlude(&self, context: &Context<'_, N>, packet: &mut AnyHitPacket<N>);
 
+    /// Follows primitives that moved: the same ids, at new places. Much cheaper than to build anew, but rays get slower
+    /// the more the primitives have changed places. What is not finite or has no area now is left out until it has.
+    ///
+    /// # Errors
+    /// [`NeedsRebuild`] if there are other primitives, or some that were left out when it was built; then nothing has
+    /// changed.
+    fn refit(&mut self, geometry: &Geometry) -> Result<(), NeedsRebuild>;
+
     /// Least and greatest corner of everything in it; `(inf, -inf)` when empty.
     fn bounds(&self) -> (Vec3, Vec3);
 }
+
+/// An acceleration structure cannot follow: primitives have come or gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the scene has other primitives than its acceleration structure was built over: build it anew")]
+pub struct NeedsRebuild;
 
 /// Colours hits.
 pub trait Material<const N: usize>: Send + Sync {

@@ -10,17 +10,15 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use mobula::accel::AccelerationKind;
 use mobula::app::{self, Components, Settings, Stack};
-use mobula::balance::BalancerKind;
 use mobula::camera::View;
 use mobula::image::{FrameBuffer, Size};
-use mobula::pipeline::{Config, Display, DisplayStage, Fault, Frame, Picture, Pipeline, Shown};
+use mobula::pipeline::{Config, Display, DisplayStage, Fault, Picture, Shown};
 use mobula::scene::Scene;
-use mobula::stack::{
-    Background, Camera, Context, Fragment, Illumination, Light, Material, PixelSampler, Renderer, Statistics,
-};
-use mobula::traverse::{RenderStage, TileSize, TraverserKind};
+use mobula::stack::{Background, Camera, Context, Fragment, Illumination, Light, Material, PixelSampler, Renderer};
 use mobula_core::{Columns3, RayPacket, SubPacket};
 use mobula_simd::AnyToken;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
 
 const N: usize = 64;
 
@@ -133,13 +131,8 @@ fn strike(component: &str, bomb: Bomb, threads: usize) -> Fault {
             }
         }
     }
-    let mut pipeline = Pipeline::new(parts, Config::with_threads(threads)).expect("a valid thread count");
-    pipeline.add_channel("main", Size::new(96, 64).expect("a valid size"));
-    let traverser = TraverserKind::Tiled.build(TileSize::default(), BalancerKind::default());
-    let render = |frame: &Frame<'_, Components<N>>, fragment: &Fragment, out: &FrameBuffer| {
-        frame.state.render(*fragment, out, &Statistics::default());
-    };
-    pipeline.add_stage(RenderStage::new(traverser, render));
+    let size = Size::new(96, 64).expect("a valid size");
+    let mut pipeline = parts.pipeline(size, Config::with_threads(threads)).expect("a valid thread count");
     pipeline.add_stage(DisplayStage::new().with(0, FrailDisplay(display)));
     let begun = Instant::now();
     let fault = pipeline.run(1000).expect_err("the bomb goes off");
@@ -151,7 +144,7 @@ fn strike(component: &str, bomb: Bomb, threads: usize) -> Fault {
 }
 
 #[test]
-fn every_component_at_1_2_and_8_threads() {
+fn every_component_in_any_frame_on_any_thread() {
     // Another engine of the process, before, meanwhile and after.
     let scene = mobula::builtin::scene();
     let settings = Settings { size: Size::new(48, 32).expect("a valid size"), threads: 2, ..Settings::default() };
@@ -159,15 +152,20 @@ fn every_component_at_1_2_and_8_threads() {
     bystander.run(1).expect("nothing fails");
     let before: Vec<u32> = bystander.picture(0).expect("a picture").1.pixels().collect();
 
-    for component in ["camera", "pixel sampler", "renderer", "material", "light", "background", "frail display"] {
-        for (threads, calls) in [(1, 0), (1, 7), (2, 3), (8, 1), (8, 40)] {
-            let fault = strike(component, Bomb::new(calls), threads);
-            let known = fault.component == component || component == "material" && !fault.component.is_empty();
-            assert!(known, "{component}: {fault}");
-            assert_eq!(fault.message, "boom", "{component}: {fault}");
-            assert!(fault.thread < threads && fault.location.is_some(), "{fault}");
-        }
-    }
+    const COMPONENTS: [&str; 7] =
+        ["camera", "pixel sampler", "renderer", "material", "light", "background", "frail display"];
+    let places = (prop::sample::select(&COMPONENTS[..]), 0..200_u64, prop::sample::select(vec![1_usize, 2, 8]));
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(40));
+    let result = runner.run(&places, |(component, calls, threads)| {
+        let fault = strike(component, Bomb::new(calls), threads);
+        // A material is named as the scene names it.
+        let expected = if component == "material" { "material ground" } else { component };
+        prop_assert_eq!(&fault.component, expected, "{}", fault);
+        prop_assert_eq!(&fault.message, "boom", "{}", fault);
+        prop_assert!(fault.thread < threads && fault.location.is_some(), "{}", fault);
+        Ok(())
+    });
+    result.unwrap();
 
     bystander.run(1).expect("nothing fails");
     assert!(before.iter().copied().eq(bystander.picture(0).expect("a picture").1.pixels()));

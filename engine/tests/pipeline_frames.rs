@@ -219,6 +219,36 @@ fn channels_have_sizes_and_displays_of_their_own() {
 }
 
 #[test]
+fn channels_come_and_go_with_their_displays_and_keep_their_indices() {
+    let logs = [Log::default(), Log::default(), Log::default()];
+    let mut pipeline = Pipeline::new((), Config::with_threads(3)).unwrap();
+    pipeline.add_channel("left", size(16, 9));
+    pipeline.add_channel("right", size(5, 40));
+    pipeline.add_stage(stage("paint", Balance::Balanced, paint));
+    let displays = DisplayStage::new().with(0, Recorder(logs[0].clone())).with(1, Recorder(logs[1].clone()));
+    pipeline.add_stage(displays.clone());
+    let third = logs[2].clone();
+    pipeline.callbacks().at_frame("come and go", 4, move |point| {
+        point.remove_channel(0);
+        point.remove_channel(77); // no such channel
+        let index = point.add_channel("third", Size::new(2, 2).unwrap());
+        displays.attach(index, Recorder(third.clone()));
+    });
+    pipeline.callbacks().at_frame("go", 7, |point| {
+        assert_eq!(point.channels().iter().map(|channel| channel.open).collect::<Vec<_>>(), [false, true, true]);
+        point.remove_channel(1);
+        point.resize(0, Size::new(100, 100).unwrap()); // it is gone
+    });
+    pipeline.callbacks().at_frame("the last one goes", 9, |point| point.remove_channel(2));
+    assert_eq!(pipeline.run(12).unwrap().frames, 12);
+    assert_eq!(logs.each_ref().map(frames), [(0..4).collect::<Vec<_>>(), (0..7).collect(), (4..9).collect()]);
+    for log in &logs {
+        assert!(log.lock().unwrap().iter().all(|&(frame, _, corner)| corner as u64 == frame));
+    }
+    assert!(logs[1].lock().unwrap().iter().all(|shown| shown.1 == size(5, 40)));
+}
+
+#[test]
 fn a_display_may_detach_or_end_the_run() {
     struct Until(u64, Shown);
     impl Display for Until {

@@ -6,6 +6,7 @@ mod support;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use support::{Folder, PYRAMID};
@@ -37,9 +38,14 @@ fn display() -> Option<(Owned, String)> {
     Some((Owned(child), format!(":{}", number.trim())))
 }
 
+/// What the viewer says on standard error, line by line.
+type Said = Arc<Mutex<Vec<String>>>;
+
 struct Session {
     name: String,
     window: String,
+    folder: Folder,
+    said: Said,
 }
 
 impl Session {
@@ -56,12 +62,52 @@ impl Session {
     fn wait_title(&self, text: &str) {
         wait(&format!("'{text}' in the title"), || self.title().contains(text));
     }
+
+    /// Takes a screenshot by key. It must be, byte for byte, what `mobula render` makes of the options that the viewer tells,
+    /// and the window must show it. Returns its pixels.
+    fn screenshot(&self, number: u32) -> (u32, u32, Vec<u8>) {
+        self.xdotool("key p");
+        let name = format!("mobula-{number:04}.png");
+        let mut options = None;
+        wait(&name, || {
+            let said = self.said.lock().unwrap();
+            let line = said.iter().find(|line| line.starts_with(&format!("mobula: wrote {name}; ")));
+            options = line.and_then(|line| line.split_once("mobula render ")).map(|(_, options)| options.to_owned());
+            options.is_some()
+        });
+        let options = options.unwrap();
+        let again = ["render", "pyramid.obj", "-o", "again.png", "--threads", "2"].into_iter();
+        let done = self.folder.run(&again.chain(options.split(' ')).collect::<Vec<_>>());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        let read = |name: &str| fs::read(self.folder.0.join(name)).unwrap();
+        assert!(read(&name) == read("again.png"), "{name} is not what {options} renders");
+        let picture = support::picture(&self.folder.0.join(&name));
+        wait(&format!("{name} in the window"), || self.pixels().is_none_or(|pixels| pixels == picture));
+        picture
+    }
+
+    /// What the window shows: width, height and RGB. None where there is no `xwd` to ask.
+    fn pixels(&self) -> Option<(u32, u32, Vec<u8>)> {
+        let dump =
+            Command::new("xwd").args(["-silent", "-id", &self.window]).env("DISPLAY", &self.name).output().ok()?;
+        let dump = dump.stdout;
+        let word = |index: usize| u32::from_be_bytes(dump[index * 4..][..4].try_into().unwrap());
+        // XWDFile.h: header size, ..., width 4, height 5, ..., bits per pixel 11, bytes per line 12, ..., colours 19.
+        let (width, height, stride) = (word(4), word(5), word(12) as usize);
+        assert_eq!(word(11), 32, "the display has 32 bits a pixel");
+        let start = (word(0) + word(19) * 12) as usize;
+        let rows = dump[start..].chunks_exact(stride).take(height as usize);
+        // Lowest byte first: blue, green, red, nothing.
+        let rgb =
+            rows.flat_map(|row| row[..width as usize * 4].chunks_exact(4).flat_map(|p| [p[2], p[1], p[0]])).collect();
+        Some((width, height, rgb))
+    }
 }
 
 fn wait(what: &str, mut done: impl FnMut() -> bool) {
     let start = Instant::now();
     while !done() {
-        assert!(start.elapsed() < Duration::from_secs(30), "no {what} within 30 s");
+        assert!(start.elapsed() < Duration::from_secs(60), "no {what} within 60 s");
         std::thread::sleep(Duration::from_millis(50));
     }
 }
@@ -72,46 +118,51 @@ fn keys_mouse_size_and_screenshots() {
     let folder = Folder::new("window");
     folder.write("pyramid.obj", PYRAMID);
     let mut command = folder.mobula(&["view", "pyramid.obj", "--size", "320x240", "--threads", "1"]);
-    let mut viewer = Owned(command.env("DISPLAY", &name).stderr(Stdio::null()).spawn().unwrap());
-    let mut session = Session { name, window: String::new() };
+    let mut viewer = Owned(command.env("DISPLAY", &name).stderr(Stdio::piped()).spawn().unwrap());
+    let said = Said::default();
+    let (listener, lines) = (Arc::clone(&said), BufReader::new(viewer.0.stderr.take().unwrap()).lines());
+    std::thread::spawn(move || lines.map_while(Result::ok).for_each(|line| listener.lock().unwrap().push(line)));
+    let mut session = Session { name, window: String::new(), folder, said };
     wait("window", || {
         session.window = session.xdotool("search --name mobula:").lines().next().unwrap_or_default().to_owned();
         !session.window.is_empty()
     });
     session.xdotool(&format!("windowfocus --sync {}", session.window));
     session.wait_title("pyramid | 320x240 |");
-    let picture = |number: u32, key: &str| {
-        session.xdotool(&format!("key {key}"));
-        let file = folder.0.join(format!("mobula-{number:04}.png"));
-        wait(&format!("file {}", file.display()), || file.exists());
-        fs::read(file).unwrap()
-    };
 
     // The first picture is what the command without a window makes.
-    let first = picture(1, "p");
-    let done = folder.run(&["render", "pyramid.obj", "--size", "320x240", "-o", "same.png"]);
+    let first = session.screenshot(1);
+    let done = session.folder.run(&["render", "pyramid.obj", "--size", "320x240", "-o", "same.png"]);
     assert_eq!(done.code, Some(0), "{done:?}");
-    assert!(first == fs::read(folder.0.join("same.png")).unwrap(), "the screenshot differs from the rendered file");
+    let read = |name: &str| fs::read(session.folder.0.join(name)).unwrap();
+    assert!(read("mobula-0001.png") == read("same.png"), "the screenshot differs from the rendered file");
 
     session.xdotool("mousemove 100 100 mousedown 1 mousemove --sync 160 130 mouseup 1");
-    let turned = picture(2, "p");
+    let turned = session.screenshot(2);
     assert!(turned != first, "dragging turned nothing");
-    session.xdotool("key Home");
-    assert!(picture(3, "p") == first, "Home does not lead back");
-    session.xdotool("click 4");
-    assert!(picture(4, "p") != first, "the wheel moved nothing");
-
     session.xdotool("key s");
     session.wait_title("no shadows");
+    let bright = session.screenshot(3);
+    let sum = |picture: &(u32, u32, Vec<u8>)| picture.2.iter().map(|&byte| u64::from(byte)).sum::<u64>();
+    assert!(sum(&bright) > sum(&turned), "no shadow has gone");
+    session.xdotool("key s");
     session.xdotool("key plus");
     session.wait_title("2 threads");
+    assert!(session.screenshot(4) == turned, "shadows do not come back, or threads change the picture");
+    session.xdotool("key minus");
+    session.wait_title("1 thread |");
+    session.xdotool("key Home");
+    assert!(session.screenshot(5) == first, "Home does not lead back");
+    session.xdotool("click 4");
+    assert!(session.screenshot(6) != first, "the wheel moved nothing");
     session.xdotool("key r");
     session.wait_title("primary");
+    session.xdotool("key a");
+    session.wait_title("jittered");
     session.xdotool(&format!("windowsize {} 200 150", session.window));
     session.wait_title("200x150");
-    let small = picture(5, "p");
-    assert_eq!(support::picture(&folder.0.join("mobula-0005.png")).0, 200);
-    assert!(!small.is_empty());
+    let small = session.screenshot(7);
+    assert_eq!((small.0, small.1), (200, 150));
 
     session.xdotool("key Escape");
     let mut status = None;
@@ -120,4 +171,25 @@ fn keys_mouse_size_and_screenshots() {
         status.is_some()
     });
     assert_eq!(status.unwrap().code(), Some(0));
+}
+
+/// A window that is closed while frames are rendered, by the window manager's way or by the display going down.
+#[test]
+fn a_display_that_goes_away_ends_the_viewer() {
+    let Some((server, name)) = display() else { return };
+    let folder = Folder::new("gone");
+    folder.write("pyramid.obj", PYRAMID);
+    let mut command = folder.mobula(&["view", "pyramid.obj", "--size", "320x240"]);
+    let mut viewer = Owned(command.env("DISPLAY", &name).stderr(Stdio::null()).spawn().unwrap());
+    let search =
+        || Command::new("xdotool").args(["search", "--name", "mobula:"]).env("DISPLAY", &name).output().unwrap();
+    wait("window", || !search().stdout.is_empty());
+    drop(server);
+    let mut status = None;
+    wait("end", || {
+        status = viewer.0.try_wait().unwrap();
+        status.is_some()
+    });
+    // Not a success, and not a signal.
+    assert_eq!(status.unwrap().code(), Some(1));
 }

@@ -60,6 +60,8 @@ impl Case {
                 let balancer: BalancerKind = name.parse().unwrap();
                 same(format!("{threads} threads, {name}"), Settings { token, threads, balancer, ..base.clone() });
             }
+            let acceleration = AccelerationKind::Fast;
+            same("a tree built fast".into(), Settings { token, acceleration, ..base.clone() });
             if brute {
                 let acceleration: AccelerationKind = "brute".parse().unwrap();
                 same("no acceleration structure".into(), Settings { token, acceleration, ..base.clone() });

@@ -2,6 +2,7 @@
 
 use mobula_simd::{F32Lanes, Token};
 
+use super::Bounds;
 use crate::traverse::SingleRay;
 use crate::{Column, Rays};
 
@@ -10,8 +11,20 @@ pub const BLOCK: usize = 4;
 
 /// Four primitives of one kind. Unused places have the id [`NO_HIT`](crate::NO_HIT) and come last.
 pub trait Block: Copy + Send + Sync + 'static {
+    /// One primitive, as it is given.
+    type Primitive: Copy;
+    /// Four unused places.
+    const EMPTY: Self;
+    /// What no ray hits.
+    const NOWHERE: Self::Primitive;
     /// Four primitives with all that is the same for every ray of a packet worked out.
     type Prepared: Copy;
+
+    /// The bounds of a primitive; `None` if it is not finite or degenerate, and so left out.
+    fn bounds(primitive: &Self::Primitive) -> Option<Bounds>;
+
+    /// Puts a primitive at a place.
+    fn set(&mut self, place: usize, id: u32, primitive: &Self::Primitive);
 
     /// Scene-wide primitive ids.
     fn ids(&self) -> &[u32; BLOCK];

@@ -106,6 +106,17 @@ impl Node {
         [token.load(self.row(rows[0]), at), token.load(self.row(rows[1]), at), token.load(self.row(rows[2]), at)]
     }
 
+    /// The bounds of all children.
+    pub fn bounds(&self) -> Bounds {
+        let least = |row: &[f32; 8]| row.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
+        let greatest = |row: &[f32; 8]| row.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
+        let [x, y, z, far_x, far_y, far_z] = &self.planes;
+        Bounds {
+            low: [least(x), least(y), least(z), 0.0],
+            high: [greatest(far_x), greatest(far_y), greatest(far_z), 0.0],
+        }
+    }
+
     /// Puts a child at `slot`.
     pub fn set(&mut self, slot: usize, bounds: &Bounds, child: Child) {
         for axis in 0..3 {

@@ -3,7 +3,7 @@
 use mobula_simd::Token;
 
 use super::block::{BLOCK, Block};
-use super::{Bounds, Bvh, Join};
+use super::{Bounds, Bvh, Join, Quality};
 use crate::kernel::sphere::sphere;
 use crate::kernel::{load3, splat3, sub};
 use crate::traverse::SingleRay;
@@ -22,30 +22,32 @@ impl Bvh<SphereBlock> {
     /// Builds over spheres `0..count` (`[x, y, z, radius]`), whose ids are `first_id..first_id + count`. Those that are
     /// not finite or whose radius is not positive are left out.
     pub fn spheres(count: usize, first_id: u32, join: &impl Join, sphere: impl Fn(usize) -> [f32; 4] + Sync) -> Self {
-        let bounds = |i| {
-            let [x, y, z, r] = sphere(i);
-            let low = [x - r, y - r, z - r];
-            let high = [x + r, y + r, z + r];
-            let bounds = Bounds::of_points(&[low, high]);
-            (r > 0.0 && low.iter().chain(&high).all(|x| x.is_finite())).then_some(bounds)
-        };
-        Self::build(count, join, bounds, |indices| {
-            let mut block =
-                SphereBlock { center: [[f32::NAN; BLOCK]; 3], radius: [f32::NAN; BLOCK], ids: [NO_HIT; BLOCK] };
-            for (place, &index) in indices.iter().enumerate() {
-                let [x, y, z, r] = sphere(index as usize);
-                (block.center[0][place], block.center[1][place], block.center[2][place]) = (x, y, z);
-                block.radius[place] = r;
-                block.ids[place] = first_id + index;
-            }
-            block
-        })
+        Self::build(count, first_id, Quality::Good, join, sphere)
     }
 }
 
 impl Block for SphereBlock {
+    /// `[x, y, z, radius]`.
+    type Primitive = [f32; 4];
+    const EMPTY: Self = Self { center: [[f32::NAN; BLOCK]; 3], radius: [f32::NAN; BLOCK], ids: [NO_HIT; BLOCK] };
+    const NOWHERE: [f32; 4] = [f32::NAN; 4];
+
     /// Vectors from the centres to the common origin, or the centres.
     type Prepared = ([[f32; BLOCK]; 3], [f32; BLOCK]);
+
+    #[inline(always)]
+    fn bounds(&[x, y, z, r]: &[f32; 4]) -> Option<Bounds> {
+        let (low, high) = ([x - r, y - r, z - r], [x + r, y + r, z + r]);
+        let finite = low.iter().chain(&high).all(|x| x.is_finite());
+        (r > 0.0 && finite).then(|| Bounds::of_points(&[low, high]))
+    }
+
+    #[inline(always)]
+    fn set(&mut self, place: usize, id: u32, &[x, y, z, r]: &[f32; 4]) {
+        (self.center[0][place], self.center[1][place], self.center[2][place]) = (x, y, z);
+        self.radius[place] = r;
+        self.ids[place] = id;
+    }
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {

@@ -3,7 +3,8 @@
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::block::{BLOCK, Block, Spread};
-use super::{Bounds, Bvh, Join};
+use super::reference::FOUR;
+use super::{Bounds, Bvh, Join, Quality};
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::rays::last_axis;
 use crate::traverse::SingleRay;
@@ -29,28 +30,44 @@ impl Bvh<TriangleBlock> {
         join: &impl Join,
         corners: impl Fn(usize) -> [[f32; 3]; 3] + Sync,
     ) -> Self {
-        let bounds = |i| {
-            let [a, b, c] = corners(i);
-            let finite = [a, b, c].iter().flatten().all(|x| x.is_finite());
-            (finite && a != b && b != c && c != a).then(|| Bounds::of_points(&[a, b, c]))
-        };
-        Self::build(count, join, bounds, |indices| {
-            let mut block = TriangleBlock { corners: [[[f32::NAN; BLOCK]; 3]; 3], ids: [NO_HIT; BLOCK] };
-            for (place, &index) in indices.iter().enumerate() {
-                for (corner, point) in corners(index as usize).into_iter().enumerate() {
-                    for (axis, x) in point.into_iter().enumerate() {
-                        block.corners[corner][axis][place] = x;
-                    }
-                }
-                block.ids[place] = first_id + index;
-            }
-            block
-        })
+        Self::build(count, first_id, Quality::Good, join, corners)
     }
 }
 
 impl Block for TriangleBlock {
+    /// The corners.
+    type Primitive = [[f32; 3]; 3];
+    const EMPTY: Self = Self { corners: [[[f32::NAN; BLOCK]; 3]; 3], ids: [NO_HIT; BLOCK] };
+    const NOWHERE: [[f32; 3]; 3] = [[f32::NAN; 3]; 3];
+
     type Prepared = [[[f32; BLOCK]; 3]; 3];
+
+    #[inline(always)]
+    fn bounds(corners: &[[f32; 3]; 3]) -> Option<Bounds> {
+        let [a, b, c] = corners;
+        let row = |p: &[f32; 3]| FOUR.load(&[p[0], p[1], p[2], 0.0], 0);
+        let (a, b, c) = (row(a), row(b), row(c));
+        // What is not finite gives no number.
+        let zero = FOUR.splat(0.0);
+        let sound =
+            (a * zero + b * zero + c * zero).eq(zero).all() && !a.eq(b).all() && !b.eq(c).all() && !c.eq(a).all();
+        sound.then(|| {
+            let mut bounds = Bounds::EMPTY;
+            a.min(b).min(c).store(&mut bounds.low, 0);
+            a.max(b).max(c).store(&mut bounds.high, 0);
+            bounds
+        })
+    }
+
+    #[inline(always)]
+    fn set(&mut self, place: usize, id: u32, corners: &[[f32; 3]; 3]) {
+        for (rows, corner) in self.corners.iter_mut().zip(corners) {
+            for (row, &x) in rows.iter_mut().zip(corner) {
+                row[place] = x;
+            }
+        }
+        self.ids[place] = id;
+    }
 
     #[inline(always)]
     fn ids(&self) -> &[u32; BLOCK] {

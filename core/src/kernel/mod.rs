@@ -7,6 +7,7 @@
 
 pub mod aabb;
 pub mod bounds;
+pub mod edges;
 pub mod iso_cell;
 pub mod sphere;
 pub mod triangle;

@@ -8,14 +8,16 @@ use core::marker::PhantomData;
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
-use super::{Agrees, Dice, Draft, Kernel, Outcome, Work};
+use super::{Dice, Draft, Kernel, Outcome, Work};
 use crate::oracle::{self, Truth};
-use crate::{NO_HIT, Properties, Rays};
+use crate::{Column, NO_HIT, Properties, Rays};
 
 /// One primitive against a vector of rays.
 pub trait RayTest: 'static {
-    /// The primitive.
+    /// The primitive, or [`PER`](Self::PER) of them, as they lie in memory.
     type Primitive: Clone + Debug + 'static;
+    /// How many primitives one `Primitive` holds.
+    const PER: usize = 1;
     /// The test that this one is a special case of; itself if it is general.
     type General: RayTest<Primitive = Self::Primitive>;
     /// What is the same for every primitive and ray of the packet, in scalars: common origin, dominant axis, signs.
@@ -25,8 +27,9 @@ pub trait RayTest: 'static {
     type Prepared<T: Token>: Copy;
     /// What it needs to know of the rays.
     const PROMISES: Properties = Properties::empty();
-    /// How it agrees with the general test.
-    const AGREES: Agrees = Agrees::Exactly;
+    /// By how many units of 2^-24 of the sizes involved its distances may differ from those of the general test: 0 where it
+    /// only hoists work, which gives the same bits.
+    const ULPS: u32 = 0;
     /// Relative to the distances involved, how far from a boundary hit and miss may be confused, and distances be off.
     const GUARD: f64 = 1.0 / (1 << 19) as f64;
 
@@ -41,15 +44,38 @@ pub trait RayTest: 'static {
     fn derive<T: Token, const N: usize>(_token: T, _rays: &mut Rays<N>) {}
 
     /// Finds what is common; once per packet.
-    fn common<const N: usize>(rays: &Rays<N>) -> Self::Common;
+    fn common<T: Token, const N: usize>(token: T, rays: &Rays<N>) -> Self::Common;
 
     /// Prepares a primitive; once per packet and primitive.
     fn prepare<T: Token>(token: T, primitive: &Self::Primitive, common: Self::Common) -> Self::Prepared<T>;
 
-    /// Which of the rays from `at` hit within their intervals, and where.
+    /// Is there a [`may_hit`](Self::may_hit)?
+    const DISMISSES: bool = false;
+
+    /// May primitive `i` of the [`PER`](Self::PER) be hit by any ray of the packet?
+    #[inline(always)]
+    fn may_be_hit<T: Token>(_prepared: &Self::Prepared<T>, _i: usize) -> bool {
+        true
+    }
+
+    /// Which of the 64 rays from `from` may hit, a bit each: a cheap test before the exact one, which it may not contradict.
+    #[inline(always)]
+    fn may_hit<T: Token, const N: usize>(
+        _token: T,
+        _prepared: &Self::Prepared<T>,
+        _i: usize,
+        _common: Self::Common,
+        _rays: &Rays<N>,
+        _from: usize,
+    ) -> u64 {
+        u64::MAX
+    }
+
+    /// Which of the rays from `at` hit within their intervals, and where; `i` says which of the [`PER`](Self::PER).
     fn test<T: Token, const N: usize>(
         token: T,
         prepared: &Self::Prepared<T>,
+        i: usize,
         common: Self::Common,
         rays: &Rays<N>,
         at: usize,
@@ -57,7 +83,7 @@ pub trait RayTest: 'static {
 
     /// What is true, and how far the distance moves when the surface moves by as much as it is away: the size of the
     /// scene over the cosine. `None` where the oracle cannot tell.
-    fn truth(primitive: &Self::Primitive, ray: &oracle::Ray) -> Option<(Truth, f64)>;
+    fn truth(primitive: &Self::Primitive, i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)>;
 }
 
 /// The nearest of all primitives, or any.
@@ -73,8 +99,11 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     type Primitive = R::Primitive;
     type General = Find<R::General>;
     const PROMISES: Properties = R::PROMISES;
-    // Any hit answers another question than the closest.
-    const AGREES: Agrees = if HIT == ANY { Agrees::WithinBound } else { R::AGREES };
+    const PRIMITIVES: usize = 64 / R::PER;
+
+    fn tests(rays: usize, primitives: usize) -> usize {
+        rays * primitives * R::PER
+    }
 
     fn draw(dice: &mut Dice<'_>) -> R::Primitive {
         R::draw(dice)
@@ -92,26 +121,36 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<R::Primitive, N>) {
         let Work { rays, primitives, found, .. } = work;
-        let common = R::common(rays);
-        for (id, primitive) in primitives.iter().enumerate() {
+        let common = R::common(token, rays);
+        for (place, primitive) in primitives.iter().enumerate() {
             let prepared = R::prepare(token, primitive, common);
-            let mut at = 0;
-            while at < N {
-                let (hit, t) = R::test(token, &prepared, common, rays, at);
-                if hit.any() {
-                    let hit = hit & rays.active(token, at);
-                    if HIT == ANY {
-                        token.splat(f32::NEG_INFINITY).store_masked(&mut rays.t_max[..], at, hit);
-                    } else {
-                        let id = token.splat_i32(id as i32);
-                        let nearest = token.load(&rays.t_max[..], at);
-                        let lower = id.lt_unsigned(token.load_u32(&found[..], at));
-                        let better = hit & (t.lt(nearest) | (t.eq(nearest) & lower));
-                        t.store_masked(&mut rays.t_max[..], at, better);
-                        id.store_masked(&mut found[..], at, better);
-                    }
+            for i in 0..R::PER {
+                if !R::may_be_hit(&prepared, i) {
+                    continue;
                 }
-                at += T::LANES;
+                let id = (place * R::PER + i) as i32;
+                let mut from = 0;
+                while R::DISMISSES && from < N {
+                    let mut left = R::may_hit(token, &prepared, i, common, rays, from);
+                    while left != 0 {
+                        let first = left.trailing_zeros() as usize / T::LANES * T::LANES;
+                        left &= !(((1 << T::LANES) - 1) << first);
+                        let at = from + first;
+                        let (hit, t) = R::test(token, &prepared, i, common, rays, at);
+                        if hit.any() {
+                            record::<T, N, HIT>(token, rays, found, at, hit, t, id);
+                        }
+                    }
+                    from += 64;
+                }
+                let mut at = 0;
+                while !R::DISMISSES && at < N {
+                    let (hit, t) = R::test(token, &prepared, i, common, rays, at);
+                    if hit.any() {
+                        record::<T, N, HIT>(token, rays, found, at, hit, t, id);
+                    }
+                    at += T::LANES;
+                }
             }
         }
     }
@@ -119,7 +158,8 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     fn verify(draft: &Draft<R::Primitive>, outcome: &Outcome) -> Result<(), String> {
         for i in draft.range.clone() {
             let ray = draft.rays[i].exact();
-            let truths: Vec<_> = draft.primitives.iter().map(|p| R::truth(p, &ray)).collect();
+            let all = draft.primitives.iter().flat_map(|p| (0..R::PER).map(move |i| R::truth(p, i, &ray)));
+            let truths: Vec<_> = all.collect();
             let (t, found) = (f64::from(outcome.t_max(i)), outcome.found(i));
             if HIT == ANY && ray.t_max == f64::NEG_INFINITY {
                 continue;
@@ -129,6 +169,56 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
                 .map_err(|what| format!("ray {i}: {what}; {:?}, {:?}", draft.rays[i], draft.primitives))?;
         }
         Ok(())
+    }
+
+    fn agrees(draft: &Draft<R::Primitive>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+        if HIT == CLOSEST && R::ULPS == 0 {
+            return outcome.answers_equal(general);
+        }
+        for i in draft.range.clone() {
+            let (found, of_general) = (outcome.found(i), general.found(i));
+            if HIT == ANY {
+                // Rays that reach nowhere look as if they had hit.
+                let was_hit = outcome.t_max(i) == f32::NEG_INFINITY && draft.rays[i].t_max != f32::NEG_INFINITY;
+                if R::ULPS == 0 && was_hit != (of_general != NO_HIT) {
+                    return Err(format!("ray {i}: any hit {was_hit}, nearest {of_general:#x}; {:?}", draft.rays[i]));
+                }
+            } else if found == of_general && found != NO_HIT {
+                let (t, want) = (f64::from(outcome.t_max(i)), f64::from(general.t_max(i)));
+                let (place, part) = (found as usize / R::PER, found as usize % R::PER);
+                let truth = R::truth(&draft.primitives[place], part, &draft.rays[i].exact());
+                let Some((_, reach)) = truth.filter(|(truth, _)| truth.margin > R::GUARD) else { continue };
+                let bound = f64::from(R::ULPS) / f64::from(1 << 24) * (reach + want.abs());
+                if (t - want).abs() > bound {
+                    return Err(format!("ray {i}: {t:e}, {want:e} in general, allowed {bound:e}; {:?}", draft.rays[i]));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Keeps the nearest of the hits and what the active rays hit before, on equal distance the lower id; or any.
+#[inline(always)]
+fn record<T: Token, const N: usize, const HIT: bool>(
+    token: T,
+    rays: &mut Rays<N>,
+    found: &mut Column<u32, N>,
+    at: usize,
+    hit: T::Mask,
+    t: T::F32,
+    id: i32,
+) {
+    let hit = hit & rays.active(token, at);
+    if HIT == ANY {
+        token.splat(f32::NEG_INFINITY).store_masked(&mut rays.t_max[..], at, hit);
+    } else {
+        let id = token.splat_i32(id);
+        let nearest = token.load(&rays.t_max[..], at);
+        let lower = id.lt_unsigned(token.load_u32(&found[..], at));
+        let better = hit & (t.lt(nearest) | (t.eq(nearest) & lower));
+        t.store_masked(&mut rays.t_max[..], at, better);
+        id.store_masked(&mut found[..], at, better);
     }
 }
 

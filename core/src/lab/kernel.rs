@@ -10,15 +10,6 @@ use mobula_simd::Token;
 use super::{Dice, Draft, Outcome};
 use crate::{Column, NO_HIT, Properties, Rays};
 
-/// How a special case agrees with the general path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Agrees {
-    /// It only hoists work: the same bits.
-    Exactly,
-    /// It rounds differently: both stay within the bound of their oracle, which [`verify`](Kernel::verify) computes.
-    WithinBound,
-}
-
 /// A kernel, or a special case of one, written once for every level and packet width.
 ///
 /// Kernels that ask which primitive each ray hits are written as a [`RayTest`](super::RayTest) instead, which is less
@@ -30,8 +21,6 @@ pub trait Kernel: 'static {
     type General: Kernel<Primitive = Self::Primitive>;
     /// What it needs to know of the rays. Inputs are made so that it is true.
     const PROMISES: Properties = Properties::empty();
-    /// How it agrees with the general path.
-    const AGREES: Agrees = Agrees::Exactly;
     /// Primitives in the case that is timed.
     const PRIMITIVES: usize = 64;
 
@@ -69,6 +58,15 @@ pub trait Kernel: 'static {
     /// # Errors
     /// What is wrong.
     fn verify(draft: &Draft<Self::Primitive>, outcome: &Outcome) -> Result<(), String>;
+
+    /// Holds what came out against what came out of the [`General`](Self::General) path: the same bits, as from work that
+    /// is only hoisted. A special case that rounds otherwise states here by how much, and works the bound out.
+    ///
+    /// # Errors
+    /// What differs.
+    fn agrees(_draft: &Draft<Self::Primitive>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+        outcome.answers_equal(general)
+    }
 }
 
 /// A packet with primitives, and where answers go. Rows of inactive rays must stay as they are.

@@ -30,6 +30,6 @@ pub use dice::{Dice, Style};
 pub use draft::{Draft, DraftRay};
 pub use entry::{Counterexample, Entry, Plan, Row, WIDTHS, filtered};
 pub use find::{ANY, CLOSEST, Find, RayTest};
-pub use kernel::{Agrees, Kernel, Work};
+pub use kernel::{Kernel, Work};
 pub use kernels::KERNELS;
 pub use outcome::Outcome;

@@ -134,7 +134,7 @@ impl Beams {
             }
         } else {
             for group in range.start / size..range.end.div_ceil(size) {
-                for axis in 0..3 {
+                for axis in 0..if beams.class(group) == MIXED { 0 } else { 3 } {
                     let (least, greatest) =
                         (beams.origin[0][axis][group % GROUPS], beams.origin[1][axis][group % GROUPS]);
                     beams.scale = max(max(least.abs(), greatest.abs()), beams.scale);
@@ -381,8 +381,12 @@ impl Beams {
         }
         if !COMMON_ORIGIN {
             for k in 0..3 {
-                self.origin[0][k][group] = low_origin[k].reduce_min();
-                self.origin[1][k][group] = high_origin[k].reduce_max();
+                let (low, high) = (low_origin[k].reduce_min(), high_origin[k].reduce_max());
+                (self.origin[0][k][group], self.origin[1][k][group]) = (low, high);
+                // One ray from nowhere must not blur the others' bounds.
+                if max(low.abs(), high.abs()) > FARTHEST {
+                    self.class[group] = MIXED;
+                }
             }
         }
     }
@@ -405,6 +409,8 @@ impl Side {
 
 /// Groups of rays whose slopes differ by more than this (a tile of 4x4 pixels is a few thousandths wide) have come apart.
 const WIDE: f32 = 1.0 / 100.0;
+/// Groups with origins beyond are not bounded: sums and products of such overflow.
+const FARTHEST: f32 = 1e30;
 /// How many times as wide as the slopes the bases may be, as a share of the scene.
 const SPREAD: f32 = 2.0;
 

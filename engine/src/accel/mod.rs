@@ -3,6 +3,8 @@
 mod hierarchy;
 mod threads;
 
+use mobula_core::bvh::Quality;
+
 use crate::choice::choice;
 use crate::scene::Geometry;
 use crate::stack::AccelerationStructure;
@@ -14,6 +16,8 @@ choice! {
     "acceleration structure" AccelerationKind {
         /// Bounding volume hierarchy with eight children a node.
         Bvh = "bvh",
+        /// The same, built in half the time or less and slower to trace: for scenes that are built anew each frame.
+        Fast = "bvh-fast",
         /// None: every ray tries every primitive. The other structures must agree with it.
         Brute = "brute",
     }
@@ -27,6 +31,7 @@ impl AccelerationKind {
         geometry: &Geometry,
         casts_shadow: &(dyn Fn(u32) -> bool + Sync),
     ) -> Box<dyn AccelerationStructure<N>> {
-        Box::new(Hierarchy::new(geometry, casts_shadow, self == Self::Brute))
+        let quality = if self == Self::Bvh { Quality::Good } else { Quality::Fast };
+        Box::new(Hierarchy::new(geometry, casts_shadow, quality, self == Self::Brute))
     }
 }

@@ -4,13 +4,16 @@ use std::sync::Arc;
 
 use mobula_simd::AnyToken;
 
+use crate::balance::BalancerKind;
 use crate::camera::{Pinhole, View};
-use crate::image::FrameBuffer;
+use crate::image::{FrameBuffer, Size};
 use crate::pipeline::fault::scope;
+use crate::pipeline::{Config, Frame, Pipeline, ThreadCountError};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use crate::stack::{Camera, Context, Fragment, PixelSampler, Renderer, Statistics};
+use crate::traverse::{RenderStage, TileSize, TraverserKind};
 use mobula_core::RayPacket;
 
 /// All components of the rendering stack, for one packet width. Replace any of them between frames.
@@ -38,6 +41,24 @@ impl<const N: usize> Components<N> {
             sampler: SamplerKind::default().build(),
             renderer: RendererKind::Raytracer.build(),
         }
+    }
+}
+
+impl<const N: usize> Components<N> {
+    /// A pipeline that renders these components in one channel, tile by tile: they are its state, and any of them may be
+    /// exchanged by transaction. It has no display: add a [`DisplayStage`](crate::pipeline::DisplayStage).
+    ///
+    /// # Errors
+    /// If there cannot be so many threads.
+    pub fn pipeline(self, size: Size, config: Config) -> Result<Pipeline<Self>, ThreadCountError> {
+        let mut pipeline = Pipeline::new(self, config)?;
+        pipeline.add_channel("main", size);
+        let traverser = TraverserKind::default().build(TileSize::default(), BalancerKind::default());
+        let render = |frame: &Frame<'_, Self>, fragment: &Fragment, out: &FrameBuffer| {
+            frame.state.render(*fragment, out, &Statistics::default());
+        };
+        pipeline.add_stage(RenderStage::new(traverser, render));
+        Ok(pipeline)
     }
 }
 

@@ -11,17 +11,22 @@ use super::places::Places;
 /// Deals the items out like cards.
 #[derive(Debug, Default)]
 pub struct Cyclic {
+    items: usize,
     places: Places,
 }
 
 impl LoadBalancer for Cyclic {
-    fn reset(&self, items: usize, threads: usize) {
-        self.places.reset(items, threads);
+    fn reset(&mut self, items: usize, threads: usize) {
+        self.items = items;
+        self.places.reset(threads);
     }
 
-    fn next(&self, thread: usize) -> Option<Range<usize>> {
-        let (place, items, threads) = self.places.advance(thread)?;
-        let item = place.checked_mul(threads)?.checked_add(thread)?;
-        (item < items).then(|| item..item + 1)
+    fn another(&self) -> Box<dyn LoadBalancer> {
+        Box::new(Self::default())
+    }
+
+    fn next_touching(&self, thread: usize, _: &mut dyn FnMut(usize)) -> Option<Range<usize>> {
+        let item = self.places.advance(thread)?.checked_mul(self.places.threads())?.checked_add(thread)?;
+        (item < self.items).then(|| item..item + 1)
     }
 }

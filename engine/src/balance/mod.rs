@@ -1,13 +1,13 @@
 //! Load balancers: who gets which part of a frame's work, and when.
 //!
 //! Source: Bigler, Stephens and Parker 2006, section 5.4. A balancer knows nothing of pictures: it hands out the numbers
-//! `0..items`, each exactly once, as ranges. [`WorkQueue`] is the default; [`Cyclic`] and [`Static`] are what to measure
-//! it against.
+//! `0..items`, each exactly once, as ranges. [`WorkQueue`] is the default; [`ByCost`] wants to know what items cost, and is
+//! for many processors; [`Cyclic`] and [`Static`] are what to measure them against.
 //!
 //! ```
 //! use mobula::balance::{BalancerKind, LoadBalancer};
 //!
-//! let balancer = "work-queue".parse::<BalancerKind>()?.build();
+//! let mut balancer = "work-queue".parse::<BalancerKind>()?.build();
 //! balancer.reset(1000, 4);
 //! let mut items = 0;
 //! while let Some(assignment) = balancer.next(0) {
@@ -17,6 +17,7 @@
 //! # Ok::<(), mobula::balance::UnknownBalancer>(())
 //! ```
 
+mod by_cost;
 mod cyclic;
 mod places;
 mod static_shares;
@@ -28,6 +29,7 @@ use std::fmt::Debug;
 use std::ops::Range;
 use std::str::FromStr;
 
+pub use by_cost::ByCost;
 pub use cyclic::Cyclic;
 pub use static_shares::Static;
 pub use work_queue::WorkQueue;
@@ -37,17 +39,39 @@ pub const MAX_THREADS: usize = 1024;
 
 /// Hands out `0..items` to threads: every item exactly once, whichever threads ask, in whichever order, how often.
 ///
-/// A balancer whose shares are fixed ([`Static`], [`Cyclic`]) hands out everything only if each thread asks until it gets
-/// nothing.
+/// A balancer that gives threads shares of their own ([`Static`], [`Cyclic`], the first ones of [`ByCost`]) hands out
+/// everything only if each thread asks until it gets nothing.
 pub trait LoadBalancer: Debug + Send + Sync {
-    /// Begins anew. Call it only while no thread is asking: at the barrier, whose ordering it relies on.
+    /// Begins anew.
     ///
     /// # Panics
     /// When `threads` is not in `1..=`[`MAX_THREADS`].
-    fn reset(&self, items: usize, threads: usize);
+    fn reset(&mut self, items: usize, threads: usize);
+
+    /// Begins anew, and tells what each item is expected to cost, in any unit. Most balancers only count the items.
+    ///
+    /// # Panics
+    /// As [`reset`](Self::reset) does.
+    fn reset_with_costs(&mut self, costs: &[f32], threads: usize) {
+        self.reset(costs.len(), threads);
+    }
+
+    /// Whether knowing costs makes it better.
+    fn wants_costs(&self) -> bool {
+        false
+    }
+
+    /// Another one of the same kind.
+    fn another(&self) -> Box<dyn LoadBalancer>;
 
     /// The next assignment of a thread, never empty. None: there is nothing left for this thread.
-    fn next(&self, thread: usize) -> Option<Range<usize>>;
+    fn next(&self, thread: usize) -> Option<Range<usize>> {
+        self.next_touching(thread, &mut |_| ())
+    }
+
+    /// As [`next`](Self::next); calls `touched` with the number of each cache line that it shares with other threads and
+    /// goes to, for simulations.
+    fn next_touching(&self, thread: usize, touched: &mut dyn FnMut(usize)) -> Option<Range<usize>>;
 }
 
 /// The balancers that can be chosen at run time.
@@ -58,6 +82,8 @@ pub enum BalancerKind {
         /// See [`WorkQueue::new`].
         granularity: usize,
     },
+    /// `by-cost`: [`ByCost`].
+    ByCost,
     /// `cyclic`: [`Cyclic`].
     Cyclic,
     /// `static`: [`Static`].
@@ -66,7 +92,7 @@ pub enum BalancerKind {
 
 /// A name that is no balancer's.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown load balancer '{0}': use work-queue, work-queue:GRANULARITY (1 or more), cyclic or static")]
+#[error("unknown load balancer '{0}': use work-queue, work-queue:GRANULARITY (1 or more), by-cost, cyclic or static")]
 pub struct UnknownBalancer(pub String);
 
 impl BalancerKind {
@@ -74,6 +100,7 @@ impl BalancerKind {
     pub fn build(self) -> Box<dyn LoadBalancer> {
         match self {
             Self::WorkQueue { granularity } => Box::new(WorkQueue::new(granularity)),
+            Self::ByCost => Box::new(ByCost::default()),
             Self::Cyclic => Box::new(Cyclic::default()),
             Self::Static => Box::new(Static::default()),
         }
@@ -92,6 +119,7 @@ impl FromStr for BalancerKind {
     fn from_str(name: &str) -> Result<Self, UnknownBalancer> {
         match name {
             "work-queue" => Ok(Self::default()),
+            "by-cost" => Ok(Self::ByCost),
             "cyclic" => Ok(Self::Cyclic),
             "static" => Ok(Self::Static),
             _ => {
@@ -110,6 +138,7 @@ impl std::fmt::Display for BalancerKind {
         match self {
             Self::WorkQueue { granularity: WorkQueue::GRANULARITY } => f.write_str("work-queue"),
             Self::WorkQueue { granularity } => write!(f, "work-queue:{granularity}"),
+            Self::ByCost => f.write_str("by-cost"),
             Self::Cyclic => f.write_str("cyclic"),
             Self::Static => f.write_str("static"),
         }

@@ -10,17 +10,23 @@ use super::{LoadBalancer, even_share};
 /// Cuts the items into one even share for each thread.
 #[derive(Debug, Default)]
 pub struct Static {
+    items: usize,
     places: Places,
 }
 
 impl LoadBalancer for Static {
-    fn reset(&self, items: usize, threads: usize) {
-        self.places.reset(items, threads);
+    fn reset(&mut self, items: usize, threads: usize) {
+        self.items = items;
+        self.places.reset(threads);
     }
 
-    fn next(&self, thread: usize) -> Option<Range<usize>> {
-        let (place, items, threads) = self.places.advance(thread)?;
-        let share = even_share(items, thread, threads);
+    fn another(&self) -> Box<dyn LoadBalancer> {
+        Box::new(Self::default())
+    }
+
+    fn next_touching(&self, thread: usize, _: &mut dyn FnMut(usize)) -> Option<Range<usize>> {
+        let place = self.places.advance(thread)?;
+        let share = even_share(self.items, thread, self.places.threads());
         (place == 0 && !share.is_empty()).then_some(share)
     }
 }

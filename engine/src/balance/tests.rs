@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-const NAMES: [&str; 5] = ["work-queue", "work-queue:1", "work-queue:7", "cyclic", "static"];
+const NAMES: [&str; 6] = ["work-queue", "work-queue:1", "work-queue:7", "by-cost", "cyclic", "static"];
 
 fn kind() -> impl Strategy<Value = BalancerKind> {
     prop::sample::select(&NAMES[..]).prop_map(|name| name.parse().unwrap())
@@ -14,7 +14,6 @@ fn kind() -> impl Strategy<Value = BalancerKind> {
 
 /// Lets the threads ask in a pseudo-random order until none gets anything; returns how often each item was given out.
 fn deal(balancer: &dyn LoadBalancer, items: usize, threads: usize, seed: u64) -> Vec<usize> {
-    balancer.reset(items, threads);
     let mut given = vec![0; items];
     let mut asking: Vec<usize> = (0..threads).collect();
     let mut random = seed | 1;
@@ -39,8 +38,9 @@ fn deal(balancer: &dyn LoadBalancer, items: usize, threads: usize, seed: u64) ->
 proptest! {
     #[test]
     fn every_item_exactly_once(kind in kind(), items in 0..3000_usize, threads in 1..70_usize, seed: u64) {
-        let balancer = kind.build();
+        let mut balancer = kind.build();
         for items in [items, 0, items / 2] {
+            balancer.reset(items, threads);
             prop_assert!(deal(&*balancer, items, threads, seed).iter().all(|&times| times == 1));
             for thread in 0..threads {
                 prop_assert_eq!(balancer.next(thread), None, "what is dealt stays dealt");
@@ -50,7 +50,7 @@ proptest! {
 
     #[test]
     fn every_item_exactly_once_under_contention(kind in kind(), items in 0..2000_usize, threads in 1..6_usize) {
-        let balancer = kind.build();
+        let mut balancer = kind.build();
         balancer.reset(items, threads);
         let given: Vec<AtomicUsize> = (0..items).map(|_| AtomicUsize::new(0)).collect();
         std::thread::scope(|scope| {
@@ -70,7 +70,7 @@ proptest! {
 
     #[test]
     fn the_work_queue_hands_out_decreasing_sizes(items in 0..100_000_usize, threads in 1..600_usize, granularity in 1..9_usize) {
-        let queue = WorkQueue::new(granularity);
+        let mut queue = WorkQueue::new(granularity);
         queue.reset(items, threads);
         let (mut last, mut start) = (usize::MAX, 0);
         while let Some(range) = queue.next(0) {
@@ -79,6 +79,42 @@ proptest! {
             (last, start) = (range.len(), range.end);
         }
         prop_assert_eq!(start, items);
+    }
+
+    /// Whatever costs are given, none and infinite ones too.
+    #[test]
+    fn costs_are_advice_only(
+        costs in prop::collection::vec(prop_oneof![8 => 0.0..10.0_f32, 1 => prop::num::f32::ANY], 0..900),
+        threads in 1..70_usize,
+        seed: u64,
+    ) {
+        for name in NAMES {
+            let mut balancer = name.parse::<BalancerKind>().unwrap().build();
+            balancer.reset_with_costs(&costs, threads);
+            prop_assert!(deal(&*balancer, costs.len(), threads, seed).iter().all(|&times| times == 1), "{}", name);
+        }
+    }
+
+    /// Where threads ask when they are done with what they have, by-cost ends no later than the greatest cost or a part of
+    /// a share after the ideal.
+    #[test]
+    fn dearest_first_ends_together(costs in prop::collection::vec(1.0..100.0_f32, 1..2000), threads in 1..100_usize) {
+        let mut costs = costs;
+        costs.sort_by(|a, b| b.total_cmp(a));
+        let mut balancer = ByCost::default();
+        balancer.reset_with_costs(&costs, threads);
+        let mut free: Vec<(f32, usize)> = (0..threads).map(|thread| (0.0, thread)).collect();
+        let mut end = 0.0_f32;
+        while let Some(first) = (0..free.len()).min_by(|&a, &b| free[a].partial_cmp(&free[b]).unwrap()) {
+            match balancer.next(free[first].1) {
+                Some(items) => free[first].0 += costs[items].iter().sum::<f32>(),
+                None => end = end.max(free.swap_remove(first).0),
+            }
+        }
+        let share = costs.iter().sum::<f32>() / threads as f32;
+        let least = costs[costs.len() - 1];
+        let slack = if costs.len() > 8 * threads { share * 0.05 + least * 2.0 } else { share * 0.5 };
+        prop_assert!(end <= (share + slack).max(costs[0]) * 1.001, "{} of {}", end, share);
     }
 
     #[test]
@@ -96,7 +132,10 @@ proptest! {
 #[test]
 fn huge_counts_do_not_overflow() {
     for name in NAMES {
-        let balancer = name.parse::<BalancerKind>().unwrap().build();
+        if name == "by-cost" {
+            continue; // it lists its assignments
+        }
+        let mut balancer = name.parse::<BalancerKind>().unwrap().build();
         balancer.reset(usize::MAX, MAX_THREADS);
         assert!(balancer.next(MAX_THREADS - 1).is_some(), "{name}");
     }

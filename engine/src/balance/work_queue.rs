@@ -18,28 +18,24 @@ pub struct WorkQueue {
     granularity: usize,
     /// Number of the next assignment. All threads write it, so it has its own cache line.
     next: CachePadded<AtomicUsize>,
-    items: AtomicUsize,
-    threads: AtomicUsize,
+    items: usize,
+    threads: usize,
 }
 
 impl WorkQueue {
-    /// The granularity of the default: more even on many processors than a coarser one
-    /// (`benches/record/2026-11-22-scaling.md`).
+    /// The granularity of the default: in the simulation of `mobula scale` more even on many processors than a coarser
+    /// one, and no worse than a finer one.
     pub const GRANULARITY: usize = 8;
 
     /// A queue that hands out `1 / granularity` of what is left in each round of one assignment per thread. 1: one round
     /// of equal shares; larger: smaller assignments from the start, more of them, and a more even end.
     pub fn new(granularity: usize) -> Self {
-        Self {
-            granularity: granularity.max(1),
-            next: CachePadded::new(AtomicUsize::new(0)),
-            items: AtomicUsize::new(0),
-            threads: AtomicUsize::new(1),
-        }
+        Self { granularity: granularity.max(1), next: CachePadded::new(AtomicUsize::new(0)), items: 0, threads: 1 }
     }
 
-    /// Assignment `number` of the queue of so many items and threads.
-    fn assignment(&self, number: usize, items: usize, threads: usize) -> Option<Range<usize>> {
+    /// Assignment `number` of the queue.
+    fn assignment(&self, number: usize) -> Option<Range<usize>> {
+        let (items, threads) = (self.items, self.threads);
         let (mut round, mut start) = (number / threads, 0);
         loop {
             let left = items - start;
@@ -66,17 +62,20 @@ impl Default for WorkQueue {
 }
 
 impl LoadBalancer for WorkQueue {
-    fn reset(&self, items: usize, threads: usize) {
+    fn reset(&mut self, items: usize, threads: usize) {
         check(threads);
-        // Relaxed, all: the barrier orders a reset and the frames around it.
-        self.items.store(items, Ordering::Relaxed);
-        self.threads.store(threads, Ordering::Relaxed);
-        self.next.store(0, Ordering::Relaxed);
+        (self.items, self.threads) = (items, threads);
+        *self.next.get_mut() = 0;
     }
 
-    fn next(&self, _thread: usize) -> Option<Range<usize>> {
+    fn another(&self) -> Box<dyn LoadBalancer> {
+        Box::new(Self::new(self.granularity))
+    }
+
+    fn next_touching(&self, _thread: usize, touched: &mut dyn FnMut(usize)) -> Option<Range<usize>> {
+        touched(0);
         // Relaxed: that no two threads get one number is all that is needed; the items' data is ordered by the barrier.
         let number = self.next.fetch_add(1, Ordering::Relaxed);
-        self.assignment(number, self.items.load(Ordering::Relaxed), self.threads.load(Ordering::Relaxed))
+        self.assignment(number)
     }
 }

@@ -85,11 +85,12 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) traverser: TraverserKind,
 
-    /// Load balancer: work-queue, work-queue:GRANULARITY, cyclic or static
+    /// Load balancer: work-queue, work-queue:GRANULARITY, by-cost (learns what tiles cost; for many processors), cyclic or
+    /// static
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) balancer: BalancerKind,
 
-    /// Acceleration structure: bvh, or brute for none
+    /// Acceleration structure: bvh, bvh-fast to build it quickly, or brute for none
     #[arg(long, value_name = "NAME", default_value_t = AccelerationKind::Bvh)]
     pub(crate) accel: AccelerationKind,
 

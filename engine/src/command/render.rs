@@ -45,6 +45,7 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
             "level": settings.token.level().to_string(),
             "packet": settings.packet.rays(),
             "threads": settings.threads,
+            "pinned_threads": report.threads.iter().filter(|thread| thread.pinned).count(),
             "size": [settings.size.width(), settings.size.height()],
             "frames": report.frames,
             "seconds": seconds,

@@ -4,17 +4,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use mobula::balance::LoadBalancer;
 use mobula::pipeline::{DisplayStage, NullDisplay};
-use mobula::scale::measure::take_cost;
 use mobula::scale::plot::{Curves, svg};
-use mobula::scale::{Growth, Measurement, PAPER, PROCESSORS, Plan, Projection, measure, project};
+use mobula::scale::{Costs, Dealt, Measurement, PAPER, PROCESSORS, Plan, Projection, measure, project};
 use mobula::traverse::TileSize;
 use serde_json::{Value, json};
 
 use super::args::SceneOptions;
 use super::failure::Failure;
 use super::{Prepared, prepare, print};
+
+/// What passing a cache line costs between processors that are far from each other, in seconds: for the last column.
+const FAR: f64 = 100e-9;
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ScaleOptions {
@@ -33,6 +34,11 @@ pub(crate) struct ScaleOptions {
     #[arg(long, value_name = "PIXELS", default_value_t = TileSize::default().width as u32, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) tile: u32,
 
+    /// How far the eye turns from one frame of the projection to the next, in degrees (0.05: 60 degrees a second at 1200
+    /// frames a second): frames are planned by what those before them cost
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.05, allow_hyphen_values = true)]
+    pub(crate) turn: f32,
+
     /// Draw speed-up against processors, beside the paper's Figure 8
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) plot: Option<PathBuf>,
@@ -47,21 +53,27 @@ pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
     pipeline.add_stage(DisplayStage::new().with(0, NullDisplay));
     let tile = TileSize { width: options.tile as usize, height: options.tile as usize };
     let (rounds, frames) = (options.rounds as usize, options.frames);
-    let plan =
-        Plan { threads: settings.threads, rounds, frames, size: settings.size, tile, balancer: settings.balancer };
+    let plan = Plan {
+        threads: settings.threads,
+        rounds,
+        frames,
+        size: settings.size,
+        tile,
+        balancer: settings.balancer,
+        turn: options.turn.to_radians(),
+    };
     let style = ProgressStyle::with_template("measuring {bar:40} {pos}/{len} rounds, {eta} left");
     let bar = ProgressBar::new(rounds as u64).with_style(style.expect("a valid template"));
     let measured = measure(&mut pipeline, &plan, |round| bar.set_position(round as u64));
     bar.finish_and_clear();
     let measured = measured?;
 
-    let balancer = settings.balancer.build();
-    let (linear, tree) = [Growth::Linear, Growth::Logarithmic].map(|growth| all(&measured, &*balancer, growth)).into();
+    let (near, far) = (all(&measured.costs, &plan), all(&measured.costs.with_handover(FAR), &plan));
     let title = format!("{name}, {}, {}, tiles of {}x{}", settings.size, settings.balancer, options.tile, options.tile);
     if let Some(path) = &options.plot {
         let curves = Curves {
             measured: measured.runs.iter().map(|run| (run.threads as f64, run.speedup)).collect(),
-            projected: linear.iter().map(|at| (at.processors as f64, at.speedup)).collect(),
+            projected: near.iter().map(|at| (at.processors as f64, at.speedup)).collect(),
             title: title.clone(),
         };
         let problem = |error: &dyn std::fmt::Display| Failure::Output(format!("{}: {error}", path.display()));
@@ -69,45 +81,45 @@ pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
         eprintln!("mobula: wrote {}", path.display());
     }
     if options.json {
-        print(&to_json(&measured, &linear, &tree, &plan));
+        print(&to_json(&measured, &near, &far, &plan));
     } else {
-        print(&table(&measured, &linear, &tree, &title));
+        print(&table(&measured, &near, &far, &plan, &title));
     }
     Ok(())
 }
 
-fn all(measured: &Measurement, balancer: &dyn LoadBalancer, growth: Growth) -> Vec<Projection> {
-    let costs = &measured.costs;
-    let at = |&processors: &usize| {
-        let take = take_cost(balancer, costs.tiles.len(), processors);
-        project(costs, balancer, take, growth, processors)
-    };
-    PROCESSORS.iter().map(at).collect()
+fn all(costs: &Costs, plan: &Plan) -> Vec<Projection> {
+    let balancer = plan.balancer.build();
+    let dealt = Dealt { size: plan.size, tile: plan.tile, balancer: &*balancer };
+    PROCESSORS.iter().map(|&processors| project(costs, &dealt, processors)).collect()
 }
 
-fn table(measured: &Measurement, linear: &[Projection], tree: &[Projection], title: &str) -> String {
+fn table(measured: &Measurement, near: &[Projection], far: &[Projection], plan: &Plan, title: &str) -> String {
     let costs = &measured.costs;
-    let work: f64 = costs.tiles.iter().sum();
-    let dearest = costs.tiles.iter().copied().fold(0.0, f64::max);
     let mut lines = vec![
         title.to_owned(),
         String::new(),
-        "measured".to_owned(),
-        format!("{:>10}{:>12}{:>10}{:>12}{:>16}", "threads", "ms/frame", "speed-up", "efficiency", "machine's limit"),
+        "measured; the limits are what so many threads do that have nothing to do with each other".to_owned(),
+        format!(
+            "{:>10}{:>12}{:>10}{:>12}{:>18}{:>20}{:>12}",
+            "threads", "ms/frame", "speed-up", "efficiency", "limit, rendering", "limit, arithmetic", "of limit"
+        ),
     ];
     for run in &measured.runs {
-        let efficiency = 100.0 * run.speedup / run.threads as f64;
-        let (ms, limit) = (run.seconds * 1e3, run.limit);
-        lines.push(format!("{:>10}{ms:>12.2}{:>10.2}{efficiency:>10.1} %{limit:>16.2}", run.threads, run.speedup));
+        lines.push(format!(
+            "{:>10}{:>12.2}{:>10.3}{:>12}{:>18.3}{:>20.3}{:>12}",
+            run.threads,
+            run.seconds * 1e3,
+            run.speedup,
+            percent(run.speedup / run.threads as f64),
+            run.limit,
+            run.arithmetic,
+            percent(run.speedup / run.limit),
+        ));
     }
     lines.extend([
         String::new(),
-        format!(
-            "costs: {} tiles, {:.2} ms in all, the dearest {:.1} us;",
-            costs.tiles.len(),
-            work * 1e3,
-            dearest * 1e6
-        ),
+        format!("costs of a frame: {}", pieces(costs, plan)),
         format!(
             "barrier of two {:.2} us, serial part {:.2} us, display {:.2} us, hand-over of a cache line {:.0} ns",
             costs.crossing * 1e6,
@@ -116,43 +128,60 @@ fn table(measured: &Measurement, linear: &[Projection], tree: &[Projection], tit
             costs.handover * 1e9
         ),
         String::new(),
-        "projected; the barrier's cost grows linearly (in the last column with the logarithm)".to_owned(),
+        format!("projected; in the last column with {:.0} ns a hand-over", FAR * 1e9),
         format!(
-            "{:>10}{:>10}{:>12}{:>11}{:>9}{:>8}{:>10}{:>9}{:>10}{:>8}",
+            "{:>10}{:>10}{:>12}{:>11}{:>9}{:>9}{:>9}{:>10}{:>9}{:>8}{:>9}",
             "processors",
             "speed-up",
             "efficiency",
             "imbalance",
+            "cutting",
             "barrier",
             "serial",
             "balancer",
-            "display",
+            "single",
             "paper",
-            "log"
+            "far"
         ),
     ]);
-    for (at, tree) in linear.iter().zip(tree) {
+    for (at, far) in near.iter().zip(far) {
         let lost = at.lost;
-        let percent = |share: f64| format!("{:.2} %", 100.0 * share);
         let paper = PAPER.iter().find(|paper| paper.0 == at.processors);
         lines.push(format!(
-            "{:>10}{:>10.1}{:>12}{:>11}{:>9}{:>8}{:>10}{:>9}{:>10}{:>8}",
+            "{:>10}{:>10.1}{:>12}{:>11}{:>9}{:>9}{:>9}{:>10}{:>9}{:>8}{:>9}",
             at.processors,
             at.speedup,
-            format!("{:.1} %", 100.0 * at.efficiency),
+            percent(at.efficiency),
             percent(lost.imbalance),
+            percent(lost.cutting),
             percent(lost.barrier),
             percent(lost.serial),
             percent(lost.balancer),
-            percent(lost.display),
+            percent(lost.single),
             paper.map_or(String::new(), |paper| format!("{:.0} %", 100.0 * paper.1)),
-            format!("{:.1} %", 100.0 * tree.efficiency),
+            percent(far.efficiency),
         ));
     }
     lines.join("\n")
 }
 
-fn to_json(measured: &Measurement, linear: &[Projection], tree: &[Projection], plan: &Plan) -> Value {
+/// Number, sum and greatest of the tiles of the first frame and of their parts.
+fn pieces(costs: &Costs, plan: &Plan) -> String {
+    let names = ["tiles", "quarters", "sixteenths"];
+    let all = names.iter().zip([1, 2, 4]).map(|(name, cut)| {
+        let costs: Vec<f64> = costs.frames[0].of_width((plan.tile.width / cut).max(1)).collect();
+        let dearest = costs.iter().copied().fold(0.0, f64::max);
+        let sum = costs.iter().sum::<f64>();
+        format!("{} {name} {:.1} ms, the dearest {:.0} us", costs.len(), sum * 1e3, dearest * 1e6)
+    });
+    all.collect::<Vec<_>>().join("; ")
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+fn to_json(measured: &Measurement, near: &[Projection], far: &[Projection], plan: &Plan) -> Value {
     let runs = measured.runs.iter().map(|run| {
         json!({
             "threads": run.threads,
@@ -160,6 +189,7 @@ fn to_json(measured: &Measurement, linear: &[Projection], tree: &[Projection], p
             "speedup": run.speedup,
             "efficiency": run.speedup / run.threads as f64,
             "machine_limit": run.limit,
+            "arithmetic_limit": run.arithmetic,
         })
     });
     let projection = |at: &Projection| {
@@ -170,22 +200,22 @@ fn to_json(measured: &Measurement, linear: &[Projection], tree: &[Projection], p
             "efficiency": at.efficiency,
             "lost": {
                 "imbalance": at.lost.imbalance,
+                "cutting": at.lost.cutting,
                 "barrier": at.lost.barrier,
                 "serial": at.lost.serial,
                 "balancer": at.lost.balancer,
-                "display": at.lost.display,
+                "single": at.lost.single,
             },
         })
     };
     let costs = &measured.costs;
     json!({
         "measured": runs.collect::<Vec<_>>(),
-        "projected": linear.iter().map(projection).collect::<Vec<_>>(),
-        "projected_logarithmic_barrier": tree.iter().map(projection).collect::<Vec<_>>(),
+        "projected": near.iter().map(projection).collect::<Vec<_>>(),
+        "projected_far": far.iter().map(projection).collect::<Vec<_>>(),
         "paper": PAPER.map(|(processors, efficiency)| json!({ "processors": processors, "efficiency": efficiency })),
         "costs": {
-            "tiles": costs.tiles.len(),
-            "tile_seconds": costs.tiles,
+            "tile_seconds": costs.frames[0].of_width(plan.tile.width).collect::<Vec<_>>(),
             "crossing_of_two": costs.crossing,
             "serial": costs.serial,
             "display": costs.display,

@@ -87,10 +87,12 @@ impl<B: StageBuffer> Buffers<B> {
                 .max();
             self.previous.push(newest.map(|(_, stage)| stage));
             let slot = &mut self.slots[0][index];
-            if slot.size != channel.size {
-                *slot = Slot::new(channel.size);
+            // A channel that was removed keeps no more memory than it must.
+            let size = if channel.open { channel.size } else { Size::SMALLEST };
+            if slot.size != size {
+                *slot = Slot::new(size);
             }
-            slot.holds = Some(stamp.number);
+            slot.holds = channel.open.then_some(stamp.number);
         }
     }
 
@@ -146,7 +148,7 @@ mod tests {
     #[test]
     fn a_frame_passes_through_all_stages() {
         let small = Size::new(2, 2).unwrap();
-        let channels = [Channel { name: "one".into(), size: small }];
+        let channels = [Channel { name: "one".into(), size: small, open: true }];
         let mut buffers = Buffers::<Size>::new();
         (0..3).for_each(|_| buffers.add_stage(&channels));
         for number in 0..5 {
@@ -168,7 +170,7 @@ mod tests {
     #[test]
     fn a_resized_channel_gets_a_new_buffer_and_keeps_the_old_one_on_its_way() {
         let (small, large) = (Size::new(2, 2).unwrap(), Size::new(9, 9).unwrap());
-        let mut channels = [Channel { name: "one".into(), size: small }];
+        let mut channels = [Channel { name: "one".into(), size: small, open: true }];
         let mut buffers = Buffers::<Size>::new();
         (0..2).for_each(|_| buffers.add_stage(&channels));
         buffers.begin(stamp(0), &channels);

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::fault;
 use super::stage::{Balance, Frame, Stage};
@@ -46,24 +46,41 @@ pub trait Display<B = FrameBuffer>: Send {
 }
 
 /// A display, until it detaches.
-type Slot<B> = Option<Box<dyn Display<B>>>;
+type Slot<B> = Arc<Mutex<Option<Box<dyn Display<B>>>>>;
 
 /// The imbalanced stage that shows each channel on its display. Channels without a display are not shown.
+///
+/// A clone has the same displays: keep one to [`attach`](Self::attach) displays while the pipeline runs.
 pub struct DisplayStage<B = FrameBuffer> {
-    displays: BTreeMap<usize, Mutex<Slot<B>>>,
+    displays: Arc<Mutex<BTreeMap<usize, Slot<B>>>>,
 }
 
 impl<B> DisplayStage<B> {
     /// A stage without displays.
     pub fn new() -> Self {
-        Self { displays: BTreeMap::new() }
+        Self { displays: Arc::default() }
     }
 
     /// Shows a channel on a display, in the place of the one it had.
     #[must_use]
-    pub fn with(mut self, channel: usize, display: impl Display<B> + 'static) -> Self {
-        self.displays.insert(channel, Mutex::new(Some(Box::new(display))));
+    pub fn with(self, channel: usize, display: impl Display<B> + 'static) -> Self {
+        self.attach(channel, display);
         self
+    }
+
+    /// Shows a channel's next picture, and those behind it, on a display, in the place of the one it had.
+    pub fn attach(&self, channel: usize, display: impl Display<B> + 'static) {
+        let slot: Slot<B> = Arc::new(Mutex::new(Some(Box::new(display))));
+        self.lock().insert(channel, slot);
+    }
+
+    /// Shows a channel's next picture no more. A picture that is being shown is not waited for.
+    pub fn detach(&self, channel: usize) {
+        self.lock().remove(&channel);
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<usize, Slot<B>>> {
+        self.displays.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -78,9 +95,9 @@ impl<S, B: Send + Sync> Stage<S, B> for DisplayStage<B> {
 
     fn run(&self, frame: &Frame<'_, S, B>) {
         for view in frame.channels() {
-            let Some(display) = self.displays.get(&view.index) else { continue };
+            let Some(display) = self.lock().get(&view.index).cloned() else { continue };
             // One thread per channel and frame: the lock is never waited for.
-            let mut slot = display.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let mut slot = display.lock().unwrap_or_else(PoisonError::into_inner);
             let Some(display) = slot.as_mut() else { continue };
             let picture = Picture {
                 frame: frame.number,
@@ -100,6 +117,12 @@ impl<S, B: Send + Sync> Stage<S, B> for DisplayStage<B> {
     }
 }
 
+impl<B> Clone for DisplayStage<B> {
+    fn clone(&self) -> Self {
+        Self { displays: Arc::clone(&self.displays) }
+    }
+}
+
 impl<B> Default for DisplayStage<B> {
     fn default() -> Self {
         Self::new()
@@ -108,8 +131,35 @@ impl<B> Default for DisplayStage<B> {
 
 impl<B> std::fmt::Debug for DisplayStage<B> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("DisplayStage").field("channels", &self.displays.keys()).finish()
+        f.debug_struct("DisplayStage").field("channels", &self.lock().keys()).finish()
     }
+}
+
+/// A display made of a closure.
+struct Closure<F> {
+    name: String,
+    show: F,
+}
+
+impl<B, F> Display<B> for Closure<F>
+where
+    F: FnMut(&Picture<'_, B>) -> Result<Shown, Box<dyn Error + Send + Sync>> + Send,
+{
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn show(&mut self, picture: &Picture<'_, B>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
+        (self.show)(picture)
+    }
+}
+
+/// A display from a closure.
+pub fn display<B>(
+    name: impl Into<String>,
+    show: impl FnMut(&Picture<'_, B>) -> Result<Shown, Box<dyn Error + Send + Sync>> + Send + 'static,
+) -> impl Display<B> + 'static {
+    Closure { name: name.into(), show }
 }
 
 /// A display that throws pictures away and counts nothing: for benchmarks.

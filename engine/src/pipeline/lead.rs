@@ -282,6 +282,13 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
                 resized.push(index);
             }
         }
+        for index in std::mem::take(&mut leader.requests.removed) {
+            if let Some(channel) = shared.channels.get_mut(index).filter(|channel| channel.open) {
+                channel.open = false;
+                leader.requests.changed = true;
+            }
+        }
+        resized.retain(|&index| shared.channels[index].open);
         resized.sort_unstable();
         resized.dedup();
         for index in resized {
@@ -296,7 +303,8 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
     /// Lets the stages prepare for the turn.
     pub(super) fn begin_stages(&self, shared: &mut Shared<S, B>) -> Result<(), Caught> {
         let Shared { state, stages, buffers, channels, members, .. } = shared;
-        let sizes: Vec<_> = channels.iter().map(|channel| channel.size).collect();
+        // As `Frame::channels` has them: in the first stage, those that are open.
+        let sizes: Vec<_> = channels.iter().filter(|channel| channel.open).map(|channel| channel.size).collect();
         for (index, stage) in stages.iter_mut().enumerate() {
             let Some(Stamp { number, time, changed }) = buffers.stamp(index) else { continue };
             let plan = Plan { number, time, changed, threads: members.len(), sizes: &sizes };

@@ -66,7 +66,7 @@ use crossbeam_utils::sync::Parker;
 
 pub use callback::{CallbackId, Callbacks, Worker};
 pub use config::Config;
-pub use display::{Display, DisplayStage, NullDisplay, Picture, Shown};
+pub use display::{Display, DisplayStage, NullDisplay, Picture, Shown, display};
 pub use fault::Fault;
 pub use report::{FrameTimes, Report, StageReport, ThreadReport};
 pub use safe_point::{Channel, SafePoint};
@@ -132,7 +132,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
     pub fn add_channel(&mut self, name: impl Into<String>, size: Size) -> usize {
         let (shared, leader) = self.parts();
         let index = shared.channels.len();
-        shared.channels.push(Channel { name: name.into(), size });
+        shared.channels.push(Channel { name: name.into(), size, open: true });
         shared.buffers.add_channel(size);
         leader.new_channels.push(index);
         index
@@ -153,6 +153,14 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
     /// The callbacks. (While running: [`SafePoint::callbacks`].)
     pub fn callbacks(&mut self) -> &mut Callbacks<S> {
         &mut self.parts().1.callbacks
+    }
+
+    /// How many threads the next run begins with. (While running: [`Handle::set_threads`].) Errors when there cannot be so
+    /// many.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), ThreadCountError> {
+        threads::check_thread_count(threads)?;
+        self.parts().1.threads = threads;
+        Ok(())
     }
 
     /// The state, between runs.

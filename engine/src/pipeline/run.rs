@@ -94,7 +94,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
                 break;
             }
             let mut serial = Duration::ZERO;
-            let crossed = self.barrier.cross(|turn| serial = self.lead(turn, threads, index));
+            let crossed = self.barrier.cross(index, |turn| serial = self.lead(turn, threads, index));
             tally.serial += serial;
             tally.waiting += arrived.elapsed().saturating_sub(serial);
             if crossed.is_err() {
@@ -155,7 +155,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     }
 
     /// The work of the last thread to arrive, while all others wait. Returns the time it took.
-    fn lead<'scope>(&'scope self, turn: &mut Turn, threads: &'scope Scope<'scope, '_>, thread: usize) -> Duration {
+    fn lead<'scope>(&'scope self, turn: &mut Turn<'_>, threads: &'scope Scope<'scope, '_>, thread: usize) -> Duration {
         let start = Instant::now();
         let mut shared = self.write();
         let mut leader = self.pipeline.leader.lock().unwrap_or_else(PoisonError::into_inner);
@@ -180,7 +180,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     /// a thread cannot be unpinned.
     fn change_threads<'scope>(
         &'scope self,
-        turn: &mut Turn,
+        turn: &mut Turn<'_>,
         threads: &'scope Scope<'scope, '_>,
         shared: &mut Shared<S, B>,
         leader: &mut Leader<S>,
@@ -193,7 +193,7 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
         for index in keep..wanted {
             let member = Member { index, number: leader.next_member };
             leader.next_member += 1;
-            if let Err(error) = self.spawn(threads, member, Some(turn.pass())) {
+            if let Err(error) = self.spawn(threads, member, Some(turn.pass(index))) {
                 self.note(format!("only {index} of {wanted} threads could be started: {error}"));
                 break;
             }
@@ -206,6 +206,9 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
         (shared.members, shared.pinning) = (members, pinning);
         turn.set_threads(count);
         self.pipeline.inbox.progress.threads.store(count, Ordering::Relaxed);
+        if self.pipeline.config.pin && !pinning {
+            self.note(format!("{count} threads are not pinned: there are {} cores", cores().len()));
+        }
         if count > cores().len().max(1) {
             self.report.lock().unwrap_or_else(PoisonError::into_inner).oversubscribed = true;
         }

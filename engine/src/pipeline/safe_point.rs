@@ -16,6 +16,8 @@ pub struct Channel {
     pub name: String,
     /// The size of its picture.
     pub size: Size,
+    /// Whether frames are still rendered for it. A channel that was removed keeps its index.
+    pub open: bool,
 }
 
 /// The state and the pipeline, while all render threads stand at the barrier.
@@ -61,11 +63,17 @@ impl<S> SafePoint<'_, S> {
 
     /// From the next frame on, renders one more channel; returns its index.
     pub fn add_channel(&mut self, name: impl Into<String>, size: Size) -> usize {
-        self.requests.channels.push(Channel { name: name.into(), size });
+        self.requests.channels.push(Channel { name: name.into(), size, open: true });
         self.channels.len() + self.requests.channels.len() - 1
     }
 
-    /// The channels at present.
+    /// From the next frame on, renders no frames for a channel; those on their way are still shown. No other channel changes
+    /// its index. Unknown channels are ignored.
+    pub fn remove_channel(&mut self, channel: usize) {
+        self.requests.removed.push(channel);
+    }
+
+    /// The channels at present, those that were removed too.
     pub fn channels(&self) -> &[Channel] {
         self.channels
     }
@@ -94,6 +102,7 @@ pub(super) struct Requests<S> {
     pub(super) threads: Option<usize>,
     pub(super) resize: Vec<(usize, Size)>,
     pub(super) channels: Vec<Channel>,
+    pub(super) removed: Vec<usize>,
     pub(super) callbacks: Callbacks<S>,
 }
 
@@ -105,6 +114,7 @@ impl<S> Default for Requests<S> {
             threads: None,
             resize: Vec::new(),
             channels: Vec::new(),
+            removed: Vec::new(),
             callbacks: Callbacks::default(),
         }
     }

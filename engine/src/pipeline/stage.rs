@@ -51,7 +51,7 @@ pub struct Plan<'a> {
     pub changed: bool,
     /// Threads that will run.
     pub threads: usize,
-    /// Sizes of the channels.
+    /// Sizes of the channels that take part in a new frame, in the order of [`Frame::channels`] in the first stage.
     pub sizes: &'a [Size],
 }
 

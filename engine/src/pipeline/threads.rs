@@ -28,20 +28,20 @@ pub fn cores() -> &'static [CoreId] {
 }
 
 /// Whether a pipeline with so many threads may pin them.
-pub(super) fn may_pin(threads: usize) -> bool {
+pub(crate) fn may_pin(threads: usize) -> bool {
     threads <= cores().len()
 }
 
 /// A core that the current thread is pinned to; given back when dropped.
 #[derive(Debug)]
-pub(super) struct Pinned(usize);
+pub(crate) struct Pinned(usize);
 
 /// Cores in use by pinned threads of this process, by their place in [`cores`].
 static TAKEN: Mutex<Vec<usize>> = Mutex::new(Vec::new());
 
 /// Pins the current thread to a core that no other pinned thread has. None if there is no such core, or if the system
 /// refuses.
-pub(super) fn pin_current() -> Option<Pinned> {
+pub(crate) fn pin_current() -> Option<Pinned> {
     let mut taken = TAKEN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     // Processes with few threads each should not all begin with the first core.
     let first = std::process::id() as usize;

@@ -11,10 +11,10 @@ use crate::camera::{Pinhole, Up, View};
 use crate::image::FrameBuffer;
 use crate::sampler::SamplerKind;
 use crate::scene::{
-    AmbientDescription, BackgroundDescription, LightDescription, MaterialDescription, Mesh, Object, PhongDescription,
-    Scene, SceneDescription, Spheres,
+    AmbientDescription, BackgroundDescription, Geometry, LightDescription, MaterialDescription, Mesh, Object,
+    PhongDescription, Scene, SceneDescription, Spheres,
 };
-use crate::stack::{Context, Fragment, Statistics};
+use crate::stack::{Context, Fragment, NeedsRebuild, Statistics};
 
 const WIDTH: u32 = 41;
 const HEIGHT: u32 = 27;
@@ -37,13 +37,16 @@ const PLAIN: How = How {
 };
 
 fn render<const N: usize>(description: &SceneDescription, how: How) -> (Vec<u32>, Statistics) {
-    let scene = Scene::<N>::build(description, how.kind).unwrap();
+    render_scene(&Scene::<N>::build(description, how.kind).unwrap(), how)
+}
+
+fn render_scene<const N: usize>(scene: &Scene<N>, how: How) -> (Vec<u32>, Statistics) {
     let camera = Pinhole::new(scene.view(WIDTH as f32 / HEIGHT as f32));
     let picture = FrameBuffer::new(WIDTH as usize, HEIGHT as usize).unwrap();
     let statistics = Statistics::default();
     let renderer = how.renderer.build::<N>();
     let token = AnyToken::detect();
-    let context = Context { token, scene: &scene, renderer: &*renderer, statistics: &statistics, frame: 0 };
+    let context = Context { token, scene, renderer: &*renderer, statistics: &statistics, frame: 0 };
     let sampler = how.sampler.build::<N>();
     for y0 in (0..HEIGHT).step_by(how.fragment as usize) {
         for x0 in (0..WIDTH).step_by(how.fragment as usize) {
@@ -214,4 +217,40 @@ fn every_renderer_takes_empty_and_unknown_things() {
     }
     assert!("phong".parse::<RendererKind>().unwrap_err().to_string().contains("raytracer, primary"));
     assert_eq!("brute".parse(), Ok(AccelerationKind::Brute));
+}
+
+#[test]
+fn a_refitted_scene_is_the_picture_of_one_built_anew() {
+    let sea = |phase: f32| {
+        let at = |x: u32, z: u32| z * 20 + x;
+        let cells = (0..19).flat_map(|z| (0..19).map(move |x| (x, z)));
+        let triangles = cells.flat_map(|(x, z)| {
+            let [a, b, c, d] = [at(x, z), at(x, z + 1), at(x + 1, z + 1), at(x + 1, z)];
+            [[a, b, c], [a, c, d]]
+        });
+        let wave = |i: u32| [(i % 20) as f32 - 10.0, (i as f32 * 0.5 + phase).sin(), (i / 20) as f32 - 10.0];
+        let positions = (0..400).map(wave).collect();
+        Object::Mesh(Arc::new(Mesh { positions, triangles: triangles.collect(), ..Mesh::default() }))
+    };
+    let scene = |phase: f32, radius: f32| {
+        let objects = vec![sea(phase), sphere([2.0 + phase, 1.0, 0.0], radius, 0), sphere([-2.0, 1.5, phase], 1.0, 1)];
+        stage(
+            objects,
+            MaterialDescription::Phong(PhongDescription { transparency: 0.7, ..PhongDescription::default() }),
+        )
+    };
+    let geometry = |scene: &SceneDescription| Arc::new(Geometry::new(&scene.objects).unwrap());
+    let mut refitted = Scene::<64>::build(&scene(0.0, 1.0), AccelerationKind::Bvh).unwrap();
+    let before = render_scene(&refitted, PLAIN).0;
+    // The sphere leaves when it has no radius, and comes back.
+    for (phase, radius) in [(1.0, 1.0), (1.5, -1.0), (2.5, 0.5)] {
+        refitted.refit(geometry(&scene(phase, radius))).unwrap();
+        let picture = render_scene(&refitted, PLAIN).0;
+        assert!(picture != before, "something moved");
+        assert!(picture == render::<64>(&scene(phase, radius), PLAIN).0, "phase {phase}");
+    }
+    let more = stage(vec![sea(0.0), sphere([0.0; 3], 1.0, 0)], MaterialDescription::default());
+    assert_eq!(refitted.refit(geometry(&more)), Err(NeedsRebuild));
+    let mut without = Scene::<64>::build(&scene(0.0, -1.0), AccelerationKind::Bvh).unwrap();
+    assert_eq!(without.refit(geometry(&scene(0.0, 1.0))), Err(NeedsRebuild), "the tree does not have it");
 }

@@ -1,9 +1,12 @@
 //! The measurement: frames on 1, 2, ... threads in turns, and what the parts of a frame cost.
 //!
 //! Rounds are interleaved, so that what else the machine does strikes all thread counts alike, and medians are taken.
-//! The machine's own limit is measured in the same rounds, by arithmetic that shares nothing.
+//! The machine's own limits are measured in the same rounds: by arithmetic that shares nothing, and by threads each of
+//! which renders whole frames for itself. Where two "processors" are threads of one core the second is what counts: they
+//! share what rendering needs.
 
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,13 +15,15 @@ use std::time::Instant;
 use crossbeam_utils::CachePadded;
 
 use super::median;
-use super::simulate::Costs;
-use crate::app::State;
-use crate::balance::{BalancerKind, LoadBalancer};
-use crate::image::Size;
+use super::simulate::{Costs, FrameCosts};
+use crate::app::{Chosen, Stack, State};
+use crate::balance::BalancerKind;
+use crate::image::{FrameBuffer, Size};
 use crate::pipeline::barrier::Barrier;
+use crate::pipeline::threads::{may_pin, pin_current};
 use crate::pipeline::{Fault, Pipeline, Report};
-use crate::traverse::{Fragment, FragmentRenderer, ImageTraverser, TileSize, TraverserKind};
+use crate::stack::Statistics;
+use crate::traverse::{Deal, Fragment, FragmentRenderer, ImageTraverser, TileSize, TraverserKind};
 
 /// What is to be measured.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +40,15 @@ pub struct Plan {
     pub tile: TileSize,
     /// The load balancer.
     pub balancer: BalancerKind,
+    /// How far the eye turns around what it looks at from one frame of the projection to the next, in radians.
+    pub turn: f32,
 }
+
+/// Frames of the projection: half of them to learn from.
+const PROJECTED: usize = 6;
+
+/// Frames without rendering.
+const EMPTY: u64 = 2000;
 
 /// Frames on so many threads.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +60,9 @@ pub struct ThreadRun {
     /// Times faster than one thread: the median over the rounds.
     pub speedup: f64,
     /// Times faster than one thread in arithmetic that shares nothing: the median over the rounds.
+    pub arithmetic: f64,
+    /// How many frames such threads render, each one for itself, in the time in which one thread renders one: the median
+    /// over the rounds. No pipeline can be better than that.
     pub limit: f64,
 }
 
@@ -55,7 +71,7 @@ pub struct ThreadRun {
 pub struct Measurement {
     /// By thread count.
     pub runs: Vec<ThreadRun>,
-    /// What the parts of a frame cost.
+    /// What the parts of frames cost.
     pub costs: Costs,
 }
 
@@ -69,9 +85,9 @@ pub fn measure(
     mut progress: impl FnMut(usize),
 ) -> Result<Measurement, Fault> {
     let traverser = || TraverserKind::Tiled.build(plan.tile, plan.balancer);
-    let samples = Arc::<Samples>::default();
     let counts: Vec<usize> = (1..=plan.threads.max(1)).collect();
-    let (mut frames, mut loops) = (vec![Vec::new(); counts.len()], vec![Vec::new(); counts.len()]);
+    let series = || vec![Vec::new(); counts.len()];
+    let (mut frames, mut loops, mut alone) = (series(), series(), series());
     let (mut serial, mut display) = (Vec::new(), Vec::new());
     let (mut crossing, mut handover) = (f64::INFINITY, f64::INFINITY);
     pipeline.state().traverser = traverser();
@@ -80,25 +96,24 @@ pub fn measure(
         progress(round);
         for (place, &threads) in counts.iter().enumerate() {
             loops[place].push(arithmetic(threads));
+            alone[place].push(each_for_itself(&*pipeline.state().stack, plan, threads));
             pipeline.state().traverser = traverser();
+            turn(pipeline, threads, 2)?; // what a balancer wants to know
             let report = turn(pipeline, threads, plan.frames)?;
             frames[place].push(report.frame_times.median);
-            let per_frame = |seconds: f64| seconds / report.frames.max(1) as f64;
-            if threads == 1 {
-                serial.push(per_frame(report.serial_seconds));
-                let shown = report.stages.iter().filter(|stage| stage.name == "display");
-                display.push(per_frame(shown.map(|stage| stage.seconds).sum()));
-            }
         }
-        pipeline.state().traverser =
-            Box::new(Timed { inner: traverser(), tile: plan.tile, size: plan.size, samples: Arc::clone(&samples) });
-        turn(pipeline, 1, plan.frames)?;
+        // Frames in which nothing is rendered: what is left is the pipeline's own.
+        pipeline.state().traverser = TraverserKind::Null.build(plan.tile, plan.balancer);
+        let report = turn(pipeline, 1, EMPTY)?;
+        let shown = report.stages.iter().filter(|stage| stage.name == "display");
+        serial.push(report.serial_seconds / EMPTY as f64);
+        display.push(shown.map(|stage| stage.seconds).sum::<f64>() / EMPTY as f64);
         // The least of the rounds: whatever disturbs these only adds to them.
         crossing = crossing.min(crossing_of_two());
         handover = handover.min(handover_of_two());
     }
+    let projected = frame_costs(pipeline, plan, || progress(plan.rounds))?;
     pipeline.state().traverser = traverser();
-    let tiles = samples.medians();
     let quotients = |times: &[Vec<f64>], place: usize, threads: usize| {
         let mut quotients: Vec<f64> = times[0].iter().zip(&times[place]).map(|(one, many)| one / many).collect();
         median(&mut quotients) * threads as f64
@@ -107,67 +122,106 @@ pub fn measure(
         threads,
         seconds: median(&mut frames[place].clone()),
         speedup: quotients(&frames, place, 1),
-        limit: quotients(&loops, place, threads),
+        arithmetic: quotients(&loops, place, threads),
+        limit: quotients(&alone, place, threads),
     });
-    let costs = Costs { tiles, crossing, serial: median(&mut serial), display: median(&mut display), handover };
-    Ok(Measurement { runs: runs.collect(), costs })
+    let (serial, display) = (median(&mut serial), median(&mut display));
+    Ok(Measurement { runs: runs.collect(), costs: Costs { frames: projected, crossing, serial, display, handover } })
 }
 
-/// Seconds that a balancer's own arithmetic takes for one assignment of so many items for so many processors.
-pub fn take_cost(balancer: &dyn LoadBalancer, items: usize, processors: usize) -> f64 {
-    let mut costs: Vec<f64> = (0..9).map(|_| drain(balancer, items, processors)).collect();
-    median(&mut costs)
-}
-
-fn drain(balancer: &dyn LoadBalancer, items: usize, processors: usize) -> f64 {
-    balancer.reset(items, processors);
-    let (mut asked, start) = (0_u32, Instant::now());
-    for thread in 0..processors {
-        while black_box(balancer.next(thread)).is_some() {
-            asked += 1;
+/// What tiles, quarters and sixteenths of them cost on one thread, in frames between which the eye turns.
+fn frame_costs(
+    pipeline: &mut Pipeline<State>,
+    plan: &Plan,
+    mut progress: impl FnMut(),
+) -> Result<Vec<FrameCosts>, Fault> {
+    let chosen = *pipeline.state().chosen();
+    let mut all = Vec::new();
+    for frame in 0..PROJECTED {
+        let view = chosen.view.orbit(plan.turn * frame as f32, 0.0);
+        pipeline.state().choose(Chosen { view, ..chosen });
+        let mut costs = FrameCosts::default();
+        for cut in [1, 2, 4] {
+            progress();
+            let tile = TileSize { width: (plan.tile.width / cut).max(1), height: (plan.tile.height / cut).max(1) };
+            let samples = Arc::<Samples>::default();
+            let inner = TraverserKind::Tiled.build(tile, BalancerKind::default());
+            pipeline.state().traverser = Box::new(Timed { inner, samples: Arc::clone(&samples) });
+            turn(pipeline, 1, plan.frames)?;
+            samples.medians(&mut costs);
         }
-        asked += 1;
+        all.push(costs);
     }
-    start.elapsed().as_secs_f64() / f64::from(asked)
+    pipeline.state().choose(chosen);
+    Ok(all)
+}
+
+/// Seconds in which each of so many threads renders a frame for itself, all at once. Each begins with another tile, so that
+/// no two render the same at the same time.
+fn each_for_itself(stack: &dyn Stack, plan: &Plan, threads: usize) -> f64 {
+    let mut deal = Deal::new(plan.tile, BalancerKind::default().build());
+    deal.begin(&[plan.size], 1);
+    let tiles: Vec<Fragment> = deal.whole_tiles().collect();
+    at_once(threads, |thread| {
+        let (picture, statistics) = (FrameBuffer::with_size(plan.size), Statistics::default());
+        let (before, first) = tiles.split_at(tiles.len() * thread / threads);
+        first.iter().chain(before).for_each(|tile| stack.render(*tile, &picture, &statistics));
+    })
 }
 
 fn turn(pipeline: &mut Pipeline<State>, threads: usize, frames: u64) -> Result<Report, Fault> {
-    let ticket = pipeline.handle().set_threads(threads);
-    debug_assert!(ticket.is_ok(), "the caller gives counts that there can be");
+    let set = pipeline.set_threads(threads);
+    debug_assert!(set.is_ok(), "the caller gives counts that there can be");
     pipeline.run(frames.max(1))
 }
 
 /// Seconds that each of so many threads takes for the same arithmetic, all at once.
 fn arithmetic(threads: usize) -> f64 {
     const STEPS: u64 = 20_000_000;
-    let start = Instant::now();
-    std::thread::scope(|scope| {
-        for thread in 0..threads as u64 {
-            scope.spawn(move || {
-                let mut x = black_box(thread | 1);
-                for _ in 0..STEPS {
-                    x ^= x << 13;
-                    x ^= x >> 7;
-                    x ^= x << 17;
-                }
-                black_box(x)
-            });
+    at_once(threads, |thread| {
+        let mut x = black_box(thread as u64 | 1);
+        for _ in 0..STEPS {
+            x ^= x << 13;
+            x ^= x >> 7;
+            x ^= x << 17;
         }
-    });
-    start.elapsed().as_secs_f64()
-}
-
-fn crossing_of_two() -> f64 {
-    let barrier = Barrier::new(2);
-    of_two(2000, |_| {
-        let _ = barrier.cross(|_| ());
+        black_box(x);
     })
 }
 
+/// Runs `work` on so many threads, pinned as those of a pipeline are, which begin together. Returns the mean of the seconds
+/// they take: who is done first leaves the machine to the others, for a little.
+fn at_once(threads: usize, work: impl Fn(usize) + Sync) -> f64 {
+    let begin = Barrier::new(threads);
+    let run = |thread: usize| {
+        let _pinned = may_pin(threads).then(pin_current);
+        let _ = begin.cross(thread, |_| ());
+        let start = Instant::now();
+        work(thread);
+        start.elapsed().as_secs_f64()
+    };
+    let times: Vec<f64> = std::thread::scope(|scope| {
+        let run = &run;
+        let threads: Vec<_> = (0..threads).map(|thread| scope.spawn(move || run(thread))).collect();
+        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+    });
+    times.iter().sum::<f64>() / times.len().max(1) as f64
+}
+
+fn crossing_of_two() -> f64 {
+    const ROUNDS: u32 = 4000;
+    let barrier = Barrier::new(2);
+    let cross = |me: usize| {
+        let _ = barrier.cross(me, |_| ());
+    };
+    at_once(2, |me| (0..ROUNDS).for_each(|_| cross(me))) / f64::from(ROUNDS)
+}
+
+/// In turns, so that the line really passes: each thread waits until the other has added.
 fn handover_of_two() -> f64 {
+    const ROUNDS: u32 = 4000;
     let counter = CachePadded::new(AtomicUsize::new(0));
-    // In turns, so that the line really passes: each thread waits until the other has added.
-    of_two(1000, |me| {
+    let add_in_turn = |me: usize| {
         let mut looks = 0_u32;
         while counter.load(Ordering::Relaxed) % 2 != me {
             looks += 1;
@@ -178,54 +232,34 @@ fn handover_of_two() -> f64 {
             }
         }
         counter.fetch_add(1, Ordering::Relaxed);
-    }) / 2.0
-}
-
-/// Seconds of one of many rounds that two threads go through together.
-fn of_two(rounds: u32, work: impl Fn(usize) + Sync) -> f64 {
-    let begin = Barrier::new(2);
-    let run = |me: usize| {
-        let _ = begin.cross(|_| ());
-        let start = Instant::now();
-        (0..rounds).for_each(|_| work(me));
-        start.elapsed().as_secs_f64() / f64::from(rounds)
     };
-    std::thread::scope(|scope| {
-        let other = scope.spawn(|| run(1));
-        let mine = run(0);
-        mine.max(other.join().unwrap_or(0.0))
-    })
+    at_once(2, |me| (0..ROUNDS).for_each(|_| add_in_turn(me))) / f64::from(2 * ROUNDS)
 }
 
-/// What tiles cost, frame after frame.
+/// What fragments cost, frame after frame.
 #[derive(Debug, Default)]
-struct Samples(Mutex<Vec<Vec<f64>>>);
+struct Samples(Mutex<HashMap<Fragment, Vec<f64>>>);
 
 impl Samples {
-    fn add(&self, times: &[(usize, f64)]) {
-        let mut tiles = self.lock();
-        for &(tile, seconds) in times {
-            if tiles.len() <= tile {
-                tiles.resize(tile + 1, Vec::new());
-            }
-            tiles[tile].push(seconds);
+    fn add(&self, times: &[(Fragment, f64)]) {
+        let mut samples = self.lock();
+        for &(fragment, seconds) in times {
+            samples.entry(fragment).or_default().push(seconds);
         }
     }
 
-    fn medians(&self) -> Vec<f64> {
-        self.lock().iter_mut().map(|times| median(times)).collect()
+    fn medians(&self, costs: &mut FrameCosts) {
+        self.lock().iter_mut().for_each(|(fragment, times)| costs.set(fragment, median(times)));
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<Vec<f64>>> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<Fragment, Vec<f64>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// A traverser that notes what each tile of the first channel costs.
+/// A traverser that notes what each fragment costs.
 struct Timed {
     inner: Box<dyn ImageTraverser>,
-    tile: TileSize,
-    size: Size,
     samples: Arc<Samples>,
 }
 
@@ -241,10 +275,7 @@ impl ImageTraverser for Timed {
     fn traverse(&self, thread: usize, renderer: &dyn FragmentRenderer) -> bool {
         let clock = Clock { renderer, times: RefCell::default() };
         let more = self.inner.traverse(thread, &clock);
-        let (tile, across) = (self.tile, self.size.width().div_ceil(self.tile.width));
-        let number = |fragment: Fragment| fragment.y0 / tile.height * across + fragment.x0 / tile.width;
-        let times: Vec<_> = clock.times.into_inner().into_iter().map(|(f, seconds)| (number(f), seconds)).collect();
-        self.samples.add(&times);
+        self.samples.add(&clock.times.into_inner());
         more
     }
 }

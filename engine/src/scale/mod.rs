@@ -9,7 +9,7 @@ pub mod plot;
 pub mod simulate;
 
 pub use measure::{Measurement, Plan, ThreadRun, measure};
-pub use simulate::{Costs, Growth, Lost, Projection, project};
+pub use simulate::{Costs, Dealt, FrameCosts, Lost, Projection, project};
 
 /// Processors and efficiency that the paper reports (section 6.1).
 pub const PAPER: [(usize, f64); 2] = [(64, 0.92), (126, 0.82)];

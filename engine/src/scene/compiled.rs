@@ -9,7 +9,7 @@ use super::{Geometry, LightDescription, MaterialDescription, SceneDescription, S
 use crate::accel::AccelerationKind;
 use crate::camera::{Up, View};
 use crate::pipeline::fault::scope;
-use crate::stack::{AccelerationStructure, Background, Context, Light, Material};
+use crate::stack::{AccelerationStructure, Background, Context, Light, Material, NeedsRebuild};
 use crate::{background, light, material};
 
 /// All that rays meet: geometry, an acceleration structure over it, materials, lights, background.
@@ -118,6 +118,17 @@ impl<const N: usize> Scene<N> {
     /// All primitives.
     pub fn geometry(&self) -> &Arc<Geometry> {
         &self.geometry
+    }
+
+    /// Replaces the geometry by one whose primitives are the same, at other places, and
+    /// [refits](AccelerationStructure::refit) the acceleration structure: what animation calls before a frame.
+    ///
+    /// # Errors
+    /// [`NeedsRebuild`] if the primitives are not the same; then nothing has changed.
+    pub fn refit(&mut self, geometry: Arc<Geometry>) -> Result<(), NeedsRebuild> {
+        self.acceleration.refit(&geometry)?;
+        self.geometry = geometry;
+        Ok(())
     }
 
     /// Which way is up.

@@ -4,7 +4,9 @@
 //! and shares them among the threads through a load balancer. It is called once per thread and frame, a fragment
 //! renderer once per fragment.
 
+mod costs;
 mod deadline;
+mod deal;
 mod kind;
 mod null;
 mod progressive;
@@ -15,6 +17,7 @@ mod tiled;
 mod tiles;
 
 pub use deadline::Deadline;
+pub(crate) use deal::Deal;
 pub use kind::{TraverserKind, UnknownTraverser};
 pub use null::NullTraverser;
 pub use progressive::Progressive;

@@ -72,7 +72,9 @@ struct Fragments<'a, 'f, S> {
 
 impl<S> FragmentRenderer for Fragments<'_, '_, S> {
     fn render(&self, fragment: &Fragment) {
-        (self.render)(self.frame, fragment, self.frame.channels()[fragment.channel].buffer);
+        // The traverser numbers the channels that take part; what renders knows them by their own index.
+        let view = &self.frame.channels()[fragment.channel];
+        (self.render)(self.frame, &Fragment { channel: view.index, ..*fragment }, view.buffer);
     }
 
     fn keep(&self, &Fragment { channel, x0, y0, x1, y1, .. }: &Fragment) -> bool {

@@ -71,7 +71,8 @@ fn size() -> impl Strategy<Value = Size> {
 }
 
 fn balancer() -> impl Strategy<Value = BalancerKind> {
-    prop::sample::select(vec!["work-queue", "work-queue:5", "cyclic", "static"]).prop_map(|name| name.parse().unwrap())
+    prop::sample::select(vec!["work-queue", "work-queue:5", "by-cost", "cyclic", "static"])
+        .prop_map(|name| name.parse().unwrap())
 }
 
 proptest! {
@@ -122,10 +123,55 @@ proptest! {
 #[test]
 fn a_single_pixel_on_many_threads() {
     for kind in ["tiled", "progressive", "deadline:1e6"] {
-        let mut traverser = kind.parse::<TraverserKind>().unwrap().build(TileSize::default(), BalancerKind::default());
-        let canvas = Canvas::new(&[Size::new(1, 1).unwrap()]);
-        assert_eq!(frame(&mut *traverser, &canvas, 32, true).1, 1);
+        for balancer in [BalancerKind::default(), BalancerKind::ByCost, BalancerKind::Static] {
+            let mut traverser = kind.parse::<TraverserKind>().unwrap().build(TileSize::default(), balancer);
+            let canvas = Canvas::new(&[Size::new(1, 1).unwrap()]);
+            assert_eq!(frame(&mut *traverser, &canvas, 32, true).1, 1);
+        }
     }
+}
+
+/// A picture whose tile at the left in the middle is much dearer than all others.
+#[derive(Default)]
+struct Uneven(Mutex<Vec<Fragment>>);
+
+impl FragmentRenderer for Uneven {
+    fn render(&self, fragment: &Fragment) {
+        if fragment.x0 < 16 && (32..48).contains(&fragment.y0) {
+            std::thread::sleep(Duration::from_micros(30) * fragment.pixels() as u32);
+        }
+        self.0.lock().unwrap().push(*fragment);
+    }
+}
+
+#[test]
+fn what_is_dear_is_cut_and_begun_first() {
+    let picture = Size::new(90, 70).unwrap();
+    let mut tiled = Tiled::new(TileSize::default(), BalancerKind::ByCost.build());
+    let uneven = Uneven::default();
+    let mut frames = |threads: usize| {
+        for _ in 0..6 {
+            uneven.0.lock().unwrap().clear();
+            tiled.begin(&[picture], threads, false);
+            // One after the other: what is asked first is begun first.
+            for thread in 0..threads {
+                tiled.traverse(thread, &uneven);
+            }
+            let seen = uneven.0.lock().unwrap();
+            assert_eq!(seen.iter().map(Fragment::pixels).sum::<usize>(), picture.pixels());
+        }
+        uneven.0.lock().unwrap().clone()
+    };
+    let dear = |fragment: &Fragment| fragment.x0 < 16 && (32..48).contains(&fragment.y0);
+    let many = frames(8);
+    assert_eq!(many.iter().filter(|fragment| dear(fragment)).count(), 16, "{many:?}");
+    assert!(dear(&many[0]), "{many:?}");
+    // For one thread it is in its place, and whole.
+    let one = frames(1);
+    assert_eq!(
+        one.iter().position(dear).map(|place| one[place]),
+        Some(Fragment { channel: 0, x0: 0, y0: 32, x1: 16, y1: 48, step: 1 })
+    );
 }
 
 #[test]

@@ -2,22 +2,19 @@
 //!
 //! Source: Bigler, Stephens and Parker 2006, section 5.4.
 
-use super::tiles::Tiles;
+use super::deal::Deal;
 use super::{FragmentRenderer, ImageTraverser, TileSize};
 use crate::balance::LoadBalancer;
 use crate::image::Size;
 
-/// Renders all tiles in each frame.
+/// Renders all tiles in each frame. A balancer that wants to know costs gets the dear tiles first, and in parts.
 #[derive(Debug)]
-pub struct Tiled {
-    tiles: Tiles,
-    balancer: Box<dyn LoadBalancer>,
-}
+pub struct Tiled(Deal);
 
 impl Tiled {
     /// Tiles of a size (sides of 0 count as 1), shared by a balancer.
     pub fn new(tile: TileSize, balancer: Box<dyn LoadBalancer>) -> Self {
-        Self { tiles: Tiles::new(tile), balancer }
+        Self(Deal::new(tile, balancer))
     }
 }
 
@@ -27,19 +24,11 @@ impl ImageTraverser for Tiled {
     }
 
     fn begin(&mut self, sizes: &[Size], threads: usize, _: bool) {
-        self.tiles.set_sizes(sizes);
-        self.balancer.reset(self.tiles.count(), threads);
+        self.0.begin(sizes, threads);
     }
 
     fn traverse(&self, thread: usize, renderer: &dyn FragmentRenderer) -> bool {
-        while let Some(assignment) = self.balancer.next(thread) {
-            for tile in assignment {
-                if renderer.halted() {
-                    return false;
-                }
-                renderer.render(&self.tiles.fragment(tile, 1));
-            }
-        }
+        self.0.render(thread, renderer);
         false
     }
 }

@@ -1,6 +1,7 @@
 //! Tiles: the pictures of all channels cut into rectangles and numbered through.
 
 use super::Fragment;
+use super::costs::Part;
 use crate::image::Size;
 
 /// Sides of a tile in pixels.
@@ -64,5 +65,21 @@ impl Tiles {
         let (x0, y0) = (place % across * self.tile.width, place / across * self.tile.height);
         let (x1, y1) = ((x0 + self.tile.width).min(size.width()), (y0 + self.tile.height).min(size.height()));
         Fragment { channel, x0, y0, x1, y1, step }
+    }
+
+    /// Part of a tile; none where it lies outside the picture.
+    pub(super) fn part(&self, part: Part) -> Option<Fragment> {
+        let tile = self.fragment(part.tile(), 1);
+        let (cuts, [x, y]) = part.place();
+        let (width, height) = (self.tile.width / cuts, self.tile.height / cuts);
+        let (x0, y0) = (tile.x0 + x * width, tile.y0 + y * height);
+        let (x1, y1) = (tile.x1.min(x0 + width), tile.y1.min(y0 + height));
+        (x0 < x1 && y0 < y1).then_some(Fragment { x0, y0, x1, y1, ..tile })
+    }
+
+    /// How often a tile can be cut in four equal parts with sides of `least` or more.
+    pub(super) fn cuts(&self, least: usize) -> u32 {
+        let even = |side: usize, cuts: u32| side.is_multiple_of(1 << cuts) && side >> cuts >= least;
+        (1..=2).rev().find(|&cuts| even(self.tile.width, cuts) && even(self.tile.height, cuts)).unwrap_or(0)
     }
 }

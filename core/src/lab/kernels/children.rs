@@ -5,12 +5,12 @@ use alloc::string::String;
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::slab::box_truth;
+use super::slab::{box_truth, without_nan};
 use crate::Properties;
 use crate::kernel::aabb::{aabb, beam, slabs, slabs_scaled};
 use crate::kernel::bounds::{PacketBounds, packet_bounds};
 use crate::kernel::{splat3, sub};
-use crate::lab::{Agrees, Dice, Draft, Kernel, Outcome, Work};
+use crate::lab::{Dice, Draft, DraftRay, Kernel, Outcome, Work};
 use crate::oracle;
 
 use super::slab::Slab;
@@ -58,7 +58,6 @@ impl<const CASE: u8> Kernel for Children<CASE> {
     type Primitive = Planes;
     type General = Children<GENERAL>;
     const PRIMITIVES: usize = NODES;
-    const AGREES: Agrees = if CASE == GENERAL { Agrees::Exactly } else { Agrees::WithinBound };
 
     fn draw(dice: &mut Dice<'_>) -> Planes {
         draw(dice)
@@ -130,7 +129,7 @@ impl<const CASE: u8> Kernel for Children<CASE> {
                 for slot in 0..8 {
                     let [low, high] = corners(planes, slot);
                     let Some((truth, reach)) = box_truth(low, high, &draft.rays[i].exact()) else { continue };
-                    if truth.margin <= GUARD {
+                    if truth.margin <= guard(CASE, &draft.rays[i], low, high) {
                         continue;
                     }
                     if truth.t.is_some() != (met >> slot & 1 != 0) {
@@ -152,9 +151,56 @@ impl<const CASE: u8> Kernel for Children<CASE> {
         }
         Ok(())
     }
+
+    fn agrees(draft: &Draft<Planes>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+        let count = draft.primitives.len();
+        // Of the last four nodes there are the bits of all rays, of all nodes the distances of the last rays.
+        for i in draft.range.clone() {
+            let (ray, exact) = (&draft.rays[i], draft.rays[i].exact());
+            for (node, planes) in draft.primitives.iter().enumerate() {
+                for slot in 0..8 {
+                    let [low, high] = corners(planes, slot);
+                    if !without_nan(ray, [low, high]) {
+                        continue;
+                    }
+                    let bit = 8 * (count - 1 - node) + slot;
+                    if CASE == SORTED && bit < 32 && (outcome.found(i) ^ general.found(i)) >> bit & 1 != 0 {
+                        return Err(format!("ray {i}, {low:?} {high:?}: not as in general; {ray:?}"));
+                    }
+                    let at = (i % KEPT * count + node) * 8 + slot;
+                    let [near, want] = [outcome, general].map(|of| f64::from(of.extra(at)));
+                    let last = i + KEPT >= draft.range.end;
+                    let truth = box_truth(low, high, &exact).filter(|(truth, _)| last && truth.t.is_some());
+                    let clear = truth.filter(|(truth, _)| truth.margin > guard(CASE, ray, low, high));
+                    let Some((truth, reach)) = clear else { continue };
+                    let allowed = if CASE == SORTED { 0.0 } else { ULPS / f64::from(1 << 24) * reach };
+                    if (near - want).abs() > allowed {
+                        return Err(format!("ray {i}, {low:?} {high:?}: {near:e}, {want:e} in general; {truth:?}"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 const GUARD: f64 = 1.0 / (1 << 19) as f64;
+
+/// How near to its outline the box may be confused, as a fraction of its distance. The origin that is multiplied out is
+/// rounded as a fraction of its own distance to zero, which may be much more.
+fn guard(case: u8, ray: &DraftRay, low: [f32; 3], high: [f32; 3]) -> f64 {
+    let (mut far, mut away) = (0.0f64, 0.0f64);
+    for (axis, &origin) in ray.origin.iter().enumerate() {
+        let origin = f64::from(origin);
+        far = far.max(origin.abs());
+        away = away.max((f64::from(low[axis]) - origin).abs()).max((f64::from(high[axis]) - origin).abs());
+    }
+    if case == SORTED_FUSED { GUARD * (1.0 + far / away) } else { GUARD }
+}
+
+/// By how many units of 2^-24 of the sizes involved entry distances may differ where the origin is multiplied out: the
+/// rounding of the product, of the fused operation or the two of the other family, and those of the general path.
+const ULPS: f64 = 4.0;
 
 #[inline(always)]
 fn token_lanes<T: Token>(_: T) -> usize {

@@ -63,7 +63,7 @@ impl RayTest for IsoCell {
     }
 
     #[inline(always)]
-    fn common<const N: usize>(_rays: &Rays<N>) {}
+    fn common<T: Token, const N: usize>(_token: T, _rays: &Rays<N>) {}
 
     #[inline(always)]
     fn prepare<T: Token>(token: T, cell: &Cell, (): ()) -> Prepared<T::F32> {
@@ -83,6 +83,7 @@ impl RayTest for IsoCell {
     fn test<T: Token, const N: usize>(
         token: T,
         cell: &Prepared<T::F32>,
+        _i: usize,
         (): (),
         rays: &Rays<N>,
         at: usize,
@@ -99,7 +100,7 @@ impl RayTest for IsoCell {
         iso_cell(token, token.mask(u32::MAX), &cell.field, origin, direction, inverse, t_min, t_max)
     }
 
-    fn truth(cell: &Cell, ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(cell: &Cell, _i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)> {
         let usual = ray.direction.iter().all(|&d| in_reach(d as f32)) && ray_in_reach(ray) && cell.size > 1e-3;
         if !usual || !cell.low.iter().chain(&cell.values).all(|&x| in_reach(x)) || !in_reach(cell.size) {
             return None;

@@ -11,7 +11,7 @@ pub mod triangle;
 use super::find::{ANY, Find};
 use children::{Beams, Children};
 use iso_cell::IsoCell;
-use packet_operations::{Bounds, Inverse, Normalize, Shears};
+use packet_operations::{Bounds, Frustum, Inverse, Normalize, Shears};
 use slab::Slab;
 use sphere::Sphere;
 use triangle::Triangle;
@@ -24,6 +24,7 @@ crate::kernels! {
         constant_axis: Find<Triangle<{ triangle::CONSTANT_AXIS }>>,
         common_origin: Find<Triangle<{ triangle::COMMON_ORIGIN }>>,
         common_origin_any: Find<Triangle<{ triangle::COMMON_ORIGIN }>, ANY>,
+        common_origin_corners: Find<Triangle<{ triangle::CORNERS }>>,
     }
     sphere {
         general: Find<Sphere<false, false>>,
@@ -49,4 +50,5 @@ crate::kernels! {
     normalize { general: Normalize }
     shears { general: Shears }
     bounds { general: Bounds<false>, common_origin: Bounds<true> }
+    frustum { general: Frustum }
 }

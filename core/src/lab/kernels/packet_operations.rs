@@ -7,6 +7,7 @@ use mobula_simd::Token;
 
 use crate::Properties;
 use crate::kernel::bounds::packet_bounds;
+use crate::kernel::edges::Window;
 use crate::lab::find::in_reach;
 use crate::lab::{Dice, Draft, Kernel, Outcome, Work};
 
@@ -200,6 +201,56 @@ impl<const COMMON_ORIGIN: bool> Kernel for Bounds<COMMON_ORIGIN> {
             draft.range.is_empty() || draft.rays[draft.range.clone()].iter().all(|r| r.t_max < outcome.extra(13));
         if tight && !draft.range.is_empty() && !outcome.extra(13).is_nan() {
             return Err(format!("nothing reaches as far as {:e}", outcome.extra(13)));
+        }
+        Ok(())
+    }
+}
+
+/// [`Window::of`]: the frustum of a packet with a common origin.
+#[derive(Debug)]
+pub struct Frustum;
+
+impl Kernel for Frustum {
+    type General = Self;
+    const PROMISES: Properties = Properties::COMMON_ORIGIN.union(Properties::CONSTANT_AXIS);
+    of_rays!();
+
+    fn extra(_rays: usize, _primitives: usize) -> usize {
+        3
+    }
+
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
+        work.rays.shears(token);
+    }
+
+    #[inline(always)]
+    fn reset<const N: usize>(_work: &mut Work<(), N>) {}
+
+    #[inline(always)]
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
+        let Window { center, radius } = Window::of(token, &work.rays);
+        // Of two zeros, which is least depends on the lanes; adding zero makes both positive.
+        (work.extra[0], work.extra[1], work.extra[2]) = (center[0] + 0.0, center[1] + 0.0, radius);
+    }
+
+    fn verify(draft: &Draft<()>, outcome: &Outcome) -> Result<(), String> {
+        let (center, radius) = ([outcome.extra(0), outcome.extra(1)], outcome.extra(2));
+        let mut farthest = 0.0f32;
+        for i in draft.range.clone() {
+            let [x, y, _] = outcome.shear(i);
+            for away in [center[0] - x, center[1] - y] {
+                // A NaN is outside of nothing.
+                if away.abs() > radius {
+                    return Err(format!("ray {i} with shears {x:e} {y:e} is outside of {center:?} +- {radius:e}"));
+                }
+                farthest = farthest.max(away.abs());
+            }
+        }
+        // It is the least one, up to the rounding of its middle.
+        let size = center[0].abs().max(center[1].abs()) + radius;
+        if radius > farthest + 1e-6 * size {
+            return Err(format!("no ray is as far as {radius:e} from {center:?}: {farthest:e}"));
         }
         Ok(())
     }

@@ -6,9 +6,9 @@ use alloc::string::String;
 use mobula_simd::{MaskLanes, Token};
 
 use crate::kernel::aabb::{aabb, slabs};
-use crate::kernel::{load3, splat3, sub};
+use crate::kernel::{load3, sub};
 use crate::lab::find::{in_reach, ray_in_reach};
-use crate::lab::{Agrees, Dice, Draft, Kernel, Outcome, Work};
+use crate::lab::{Dice, Draft, DraftRay, Kernel, Outcome, Work};
 use crate::oracle::{self, Truth};
 use crate::{Properties, Rays};
 
@@ -26,24 +26,27 @@ pub const COMMON_ORIGIN_CONSTANT_SIGNS: u8 = COMMON_ORIGIN | CONSTANT_SIGNS;
 pub struct Slab<const CASE: u8>;
 
 impl<const CASE: u8> Slab<CASE> {
-    /// The planes met first and last where that is known, the low and high ones otherwise.
+    /// The planes met first and last where that is known, the low and high ones otherwise. `first` says which corner is met
+    /// first by axis, 0 or 1.
     #[inline(always)]
     fn prepare<T: Token>(
         token: T,
         corners: &[[f32; 3]; 2],
-        (origin, negative): ([f32; 3], [bool; 3]),
+        (origin, first): ([f32; 3], [usize; 3]),
     ) -> [[T::F32; 3]; 2] {
-        let mut planes = *corners;
+        let mut planes = [[token.splat(0.0); 3]; 2];
         for axis in 0..3 {
-            if CASE & CONSTANT_SIGNS != 0 && negative[axis] {
-                (planes[0][axis], planes[1][axis]) = (corners[1][axis], corners[0][axis]);
-            }
+            // An address, not a choice.
+            let first = if CASE & CONSTANT_SIGNS == 0 { 0 } else { first[axis] & 1 };
+            planes[0][axis] = token.splat(corners[first][axis]);
+            planes[1][axis] = token.splat(corners[1 - first][axis]);
             if CASE & COMMON_ORIGIN != 0 {
-                planes[0][axis] -= origin[axis];
-                planes[1][axis] -= origin[axis];
+                let origin = token.splat(origin[axis]);
+                planes[0][axis] = planes[0][axis] - origin;
+                planes[1][axis] = planes[1][axis] - origin;
             }
         }
-        [splat3(token, planes[0]), splat3(token, planes[1])]
+        planes
     }
 
     /// Which of the rays from `at` meet the box.
@@ -77,8 +80,6 @@ impl<const CASE: u8> Kernel for Slab<CASE> {
         COMMON_ORIGIN_CONSTANT_SIGNS => Properties::COMMON_ORIGIN.union(Properties::CONSTANT_SIGNS),
         _ => Properties::empty(),
     };
-    // Boxes and intervals without NaN give the same bits; with one, the answer is arbitrary.
-    const AGREES: Agrees = if CASE & CONSTANT_SIGNS == 0 { Agrees::Exactly } else { Agrees::WithinBound };
 
     fn draw(dice: &mut Dice<'_>) -> [[f32; 3]; 2] {
         let (a, b) = (dice.point(), dice.point());
@@ -114,7 +115,7 @@ impl<const CASE: u8> Kernel for Slab<CASE> {
         let [x, y, z] = rays.inverse_columns();
         // The bit, not `< 0`: the reciprocal of minus infinity is minus zero.
         let negative = [x[first].is_sign_negative(), y[first].is_sign_negative(), z[first].is_sign_negative()];
-        let common = (rays.ray(first).0.to_array(), negative);
+        let common = (rays.ray(first).0.to_array(), negative.map(usize::from));
         // Where fewer rays than N were asked for, the last words have no place.
         let words = (extra.len() / primitives.len().max(1)).max(1);
         let mut active = [0; 64];
@@ -152,6 +153,26 @@ impl<const CASE: u8> Kernel for Slab<CASE> {
         }
         Ok(())
     }
+
+    fn agrees(draft: &Draft<[[f32; 3]; 2]>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+        let words = draft.rays.len().div_ceil(16);
+        for (at, &corners) in draft.primitives.iter().enumerate() {
+            for i in draft.range.clone().filter(|&i| without_nan(&draft.rays[i], corners)) {
+                let [met, want] =
+                    [outcome, general].map(|of| of.extra(at * words + i / 16).to_bits() >> (i % 16) & 1 != 0);
+                if met != want {
+                    return Err(format!("ray {i}, {corners:?}: met {met}, {want} in general; {:?}", draft.rays[i]));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Are a ray's numbers and a box's such that no test of theirs makes a NaN? With one, the answer is arbitrary.
+pub(super) fn without_nan(ray: &DraftRay, [low, high]: [[f32; 3]; 2]) -> bool {
+    let numbers = [ray.origin, ray.direction, low, high];
+    numbers.iter().flatten().all(|x| x.is_finite()) && !ray.t_min.is_nan() && !ray.t_max.is_nan()
 }
 
 /// The active ones of the 16 rays from `16 * place`.

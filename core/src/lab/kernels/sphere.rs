@@ -5,8 +5,8 @@ use mobula_simd::Token;
 use super::triangle::{difference, dot};
 use crate::kernel::sphere::sphere;
 use crate::kernel::{load3, splat3, sub};
+use crate::lab::Dice;
 use crate::lab::find::{RayTest, in_reach, ray_in_reach};
-use crate::lab::{Agrees, Dice};
 use crate::oracle::{self, Truth};
 use crate::{Properties, Rays};
 
@@ -27,7 +27,8 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
         (false, true) => Properties::NORMALIZED_DIRECTIONS,
         (false, false) => Properties::empty(),
     };
-    const AGREES: Agrees = if UNIT { Agrees::WithinBound } else { Agrees::Exactly };
+    // Lengths are 1 up to 2^-23: twice that in the square, once in the distance, and as much in the general path's rounding.
+    const ULPS: u32 = if UNIT { 8 } else { 0 };
     // Lengths of 1 up to rounding: their squares are off by 2^-23 already.
     const GUARD: f64 = 1.0 / (1 << 18) as f64;
 
@@ -48,7 +49,7 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     }
 
     #[inline(always)]
-    fn common<const N: usize>(rays: &Rays<N>) -> [f32; 3] {
+    fn common<T: Token, const N: usize>(_token: T, rays: &Rays<N>) -> [f32; 3] {
         rays.ray(rays.range().start % N).0.to_array()
     }
 
@@ -67,6 +68,7 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     fn test<T: Token, const N: usize>(
         token: T,
         &(center, radius2): &([T::F32; 3], T::F32),
+        _i: usize,
         _origin: [f32; 3],
         rays: &Rays<N>,
         at: usize,
@@ -77,7 +79,7 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
         sphere::<T, UNIT>(token, token.mask(u32::MAX), center, radius2, direction, t_min, t_max)
     }
 
-    fn truth(&[x, y, z, radius]: &[f32; 4], ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(&[x, y, z, radius]: &[f32; 4], _i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)> {
         if !ray_in_reach(ray) || ![x, y, z, radius].into_iter().all(in_reach) || radius == 0.0 {
             return None;
         }

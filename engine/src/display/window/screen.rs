@@ -28,8 +28,17 @@ pub(super) struct Shared {
     /// Rays of the frame before.
     pub(super) rays_per_frame: u64,
     rays_before: u64,
-    /// A screenshot that is wanted of the first picture from this frame on.
-    screenshot: Option<(u64, PathBuf)>,
+    screenshot: Option<Screenshot>,
+}
+
+/// A screenshot that is wanted.
+#[derive(Debug)]
+pub(super) struct Screenshot {
+    /// Of the first picture from this frame on.
+    pub(super) frame: u64,
+    pub(super) file: PathBuf,
+    /// The options with which `mobula render` makes the same picture.
+    pub(super) options: String,
 }
 
 impl Screen {
@@ -52,9 +61,9 @@ impl Screen {
         RayCounter { screen: self.clone() }
     }
 
-    /// Asks for a screenshot of the first picture from frame `frame` on.
-    pub(super) fn want_screenshot(&self, frame: u64, file: PathBuf) {
-        self.lock().screenshot = Some((frame, file));
+    /// Asks for a screenshot.
+    pub(super) fn want(&self, screenshot: Screenshot) {
+        self.lock().screenshot = Some(screenshot);
     }
 }
 
@@ -93,11 +102,12 @@ impl Display for WindowDisplay {
             let [red, green, blue, _] = pixel.to_le_bytes();
             u32::from_be_bytes([0, red, green, blue])
         }));
-        let wanted = shared.screenshot.take_if(|(frame, _)| picture.frame >= *frame);
+        let wanted = shared.screenshot.take_if(|wanted| picture.frame >= wanted.frame);
         drop(shared);
-        if let Some((_, file)) = wanted {
+        if let Some(Screenshot { file, options, .. }) = wanted {
             let written = write_png(&file, picture.buffer);
-            let told = written.map(|()| file.display().to_string()).map_err(|error| error.to_string());
+            let told = written.map(|()| format!("{}; the same picture: mobula render {options}", file.display()));
+            let told = told.map_err(|error| error.to_string());
             let _ = self.screen.proxy.send_event(News::Screenshot(told));
         }
         let open = self.screen.proxy.send_event(News::Picture).is_ok();

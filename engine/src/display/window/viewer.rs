@@ -15,7 +15,7 @@ use winit::window::{Window, WindowId};
 
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
-use super::screen::Screen;
+use super::screen::{Screen, Screenshot};
 use super::{News, WindowError};
 use crate::app::{Chosen, Settings, State};
 use crate::camera::View;
@@ -171,11 +171,21 @@ impl Viewer {
                 break file;
             }
         };
-        let screen = self.screen.clone();
+        let (screen, options) = (self.screen.clone(), self.options());
         self.handle.at_barrier("screenshot", move |point| {
             point.mark_changed();
-            screen.want_screenshot(point.frame, file);
+            screen.want(Screenshot { frame: point.frame, file, options });
         });
+    }
+
+    /// The options with which `mobula render` makes the picture that was asked for last.
+    fn options(&self) -> String {
+        let Chosen { view: View { eye, at, fov, .. }, renderer, sampler, shadows } = self.chosen;
+        let shadows = if shadows { "" } else { " --no-shadows" };
+        format!(
+            "--size {} --eye {},{},{} --at {},{},{} --fov {fov} --renderer {renderer} --sampler {sampler}{shadows}",
+            self.size, eye.x, eye.y, eye.z, at.x, at.y, at.z
+        )
     }
 
     fn mouse_button(&mut self, button: MouseButton, state: ElementState) {
@@ -244,13 +254,14 @@ impl Viewer {
         let Chosen { renderer, sampler, shadows, .. } = self.chosen;
         let shadows = if shadows { "shadows" } else { "no shadows" };
         window.set_title(&format!(
-            "mobula: {} | {} | {:.1} frames/s, {:.1} Mrays/s | {}, {} threads | {renderer}, {sampler}, {shadows} | h: help",
+            "mobula: {} | {} | {:.1} frames/s, {:.1} Mrays/s | {}, {} thread{} | {renderer}, {sampler}, {shadows} | h: help",
             self.name,
             self.size,
             1.0 / seconds,
             rays / seconds * 1e-6,
             self.engine,
             self.threads,
+            if self.threads == 1 { "" } else { "s" },
         ));
         self.title_set = Some(Instant::now());
         self.title_due = None;

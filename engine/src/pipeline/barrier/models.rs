@@ -1,6 +1,6 @@
 //! All interleavings of two and three threads, by loom.
 //!
-//! `RUSTFLAGS="--cfg loom" cargo test --release -p mobula --lib barrier`
+//! `bash tests/loom.sh`. Groups are of two threads here: three need both levels of the barrier.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ fn cross_and_look(threads: usize, crossings: usize, cores: usize) {
     let body = move |index: usize| {
         for crossing in 1..=crossings {
             work[index].store(crossing, Ordering::Relaxed);
-            let cross = barrier.cross(|_| {
+            let cross = barrier.cross(index, |_| {
                 let total = work.iter().map(|one| one.load(Ordering::Relaxed)).sum();
                 assert_eq!(total, crossing * work.len());
                 sum.store(total, Ordering::Relaxed);
@@ -73,14 +73,14 @@ fn an_abort_is_never_missed() {
 fn abort_two_waiters(cores: usize) {
     let barrier = Arc::new(Barrier::with_cores(3, cores));
     let note = Arc::new(AtomicUsize::new(0));
-    let waiter = |barrier: Arc<Barrier>, note: Arc<AtomicUsize>| {
+    let waiter = |index, barrier: Arc<Barrier>, note: Arc<AtomicUsize>| {
         move || {
-            assert_eq!(barrier.cross(|_| unreachable!("one thread never arrives")), Err(Aborted));
+            assert_eq!(barrier.cross(index, |_| unreachable!("one thread never arrives")), Err(Aborted));
             note.load(Ordering::Relaxed)
         }
     };
-    let one = thread::spawn(waiter(barrier.clone(), note.clone()));
-    let two = thread::spawn(waiter(barrier.clone(), note.clone()));
+    let one = thread::spawn(waiter(0, barrier.clone(), note.clone()));
+    let two = thread::spawn(waiter(2, barrier.clone(), note.clone()));
     note.store(7, Ordering::Relaxed);
     barrier.abort();
     assert_eq!((one.join().unwrap(), two.join().unwrap()), (7, 7));
@@ -92,34 +92,68 @@ fn an_abort_may_race_with_the_release() {
         let barrier = Arc::new(Barrier::with_cores(2, 0));
         let other = Arc::clone(&barrier);
         let aborter = Arc::clone(&barrier);
-        let other = thread::spawn(move || other.cross(|_| ()));
+        let other = thread::spawn(move || other.cross(1, |_| ()));
         let aborter = thread::spawn(move || aborter.abort());
-        let _ = barrier.cross(|_| ());
+        let _ = barrier.cross(0, |_| ());
         let _ = other.join().unwrap();
         aborter.join().unwrap();
-        assert_eq!(barrier.cross(|_| ()), Err(Aborted));
+        assert_eq!(barrier.cross(0, |_| ()), Err(Aborted));
     });
 }
 
+/// In the group of the thread that is there already, and in a group of its own.
 #[test]
 fn a_newcomer_joins_behind_the_crossing() {
-    model(3, || {
-        let barrier = Arc::new(Barrier::with_cores(1, 0));
-        let seen = Arc::new(AtomicUsize::new(0));
-        let mut newcomer = None;
-        let crossed = barrier.cross(|turn| {
-            let pass = turn.pass();
-            let (barrier, told) = (Arc::clone(&barrier), Arc::clone(&seen));
-            newcomer = Some(thread::spawn(move || {
-                barrier.join(pass).unwrap();
-                assert_eq!(told.load(Ordering::Relaxed), 1);
-                barrier.cross(|_| ()).unwrap();
-            }));
-            turn.set_threads(2);
-            seen.store(1, Ordering::Relaxed);
-        });
-        assert_eq!(crossed, Ok(true));
-        barrier.cross(|_| ()).unwrap();
-        newcomer.unwrap().join().unwrap();
+    for present in [1, 2] {
+        model(2, move || a_newcomer_joins(present));
+    }
+}
+
+fn a_newcomer_joins(present: usize) {
+    let barrier = Arc::new(Barrier::with_cores(present, 0));
+    let seen = Arc::new(AtomicUsize::new(0));
+    let newcomer = Arc::new(std::sync::Mutex::new(None));
+    let body = {
+        let (barrier, newcomer) = (Arc::clone(&barrier), Arc::clone(&newcomer));
+        move |index: usize| {
+            let crossed = barrier.cross(index, |turn| {
+                let pass = turn.pass(present);
+                let (barrier, told) = (Arc::clone(&barrier), Arc::clone(&seen));
+                *newcomer.lock().unwrap() = Some(thread::spawn(move || {
+                    barrier.join(pass).unwrap();
+                    assert_eq!(told.load(Ordering::Relaxed), 1);
+                    barrier.cross(present, |_| ()).unwrap();
+                }));
+                turn.set_threads(present + 1);
+                seen.store(1, Ordering::Relaxed);
+            });
+            crossed.unwrap();
+            barrier.cross(index, |_| ()).unwrap();
+        }
+    };
+    let other = (present == 2).then(|| {
+        let body = body.clone();
+        thread::spawn(move || body(1))
+    });
+    body(0);
+    other.into_iter().for_each(|other| other.join().unwrap());
+    newcomer.lock().unwrap().take().unwrap().join().unwrap();
+}
+
+/// Three threads become one: those who leave go past a gate that nobody will open again.
+#[test]
+fn leavers_are_let_go() {
+    model(2, || {
+        let barrier = Arc::new(Barrier::with_cores(3, 0));
+        let leave = |index: usize| {
+            let barrier = Arc::clone(&barrier);
+            move || barrier.cross(index, |turn| turn.set_threads(1)).unwrap()
+        };
+        let leavers = [thread::spawn(leave(1)), thread::spawn(leave(2))];
+        leave(0)();
+        barrier.cross(0, |_| ()).unwrap();
+        for leaver in leavers {
+            leaver.join().unwrap();
+        }
     });
 }

@@ -10,11 +10,12 @@ fn cross_often(threads: usize, crossings: u64, barrier: &Barrier) {
     let (arrived, serial) = (AtomicU64::new(0), AtomicU64::new(0));
     let inside = AtomicBool::new(false);
     thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
+        for thread in 0..threads {
+            let (arrived, serial, inside) = (&arrived, &serial, &inside);
+            scope.spawn(move || {
                 for crossing in 1..=crossings {
                     arrived.fetch_add(1, Ordering::Relaxed);
-                    let cross = barrier.cross(|_| {
+                    let cross = barrier.cross(thread, |_| {
                         assert!(!inside.swap(true, Ordering::Relaxed));
                         assert_eq!(arrived.load(Ordering::Relaxed), crossing * threads as u64);
                         serial.fetch_add(1, Ordering::Relaxed);
@@ -30,14 +31,14 @@ fn cross_often(threads: usize, crossings: u64, barrier: &Barrier) {
 
 #[test]
 fn all_meet_at_every_crossing() {
-    for (threads, crossings) in [(1, 10_000), (2, 20_000), (3, 3000), (8, 1000), (64, 200)] {
+    for (threads, crossings) in [(1, 10_000), (2, 20_000), (3, 3000), (8, 1000), (33, 300), (64, 200), (200, 20)] {
         cross_often(threads, crossings, &Barrier::new(threads));
     }
 }
 
 #[test]
 fn all_meet_whether_they_spin_or_park() {
-    for threads in [2, 5] {
+    for threads in [2, 5, 35] {
         cross_often(threads, 2000, &Barrier::with_cores(threads, 0));
         cross_often(threads, 200, &Barrier::with_cores(threads, usize::MAX));
     }
@@ -75,7 +76,7 @@ fn threads_come_and_go_at_the_barrier() {
         }
         while members.lock().unwrap().get(index) == Some(&number) {
             crossed.fetch_add(1, Ordering::Relaxed);
-            let cross = barrier.cross(|turn| {
+            let cross = barrier.cross(index, |turn| {
                 let step = step.fetch_add(1, Ordering::Relaxed) + 1;
                 let Some(&threads) = plan.get(step) else { return barrier.abort() };
                 let mut members = members.lock().unwrap();
@@ -83,7 +84,7 @@ fn threads_come_and_go_at_the_barrier() {
                 for index in members.len()..threads {
                     let member = (index, step * 100 + index);
                     members.push(member.1);
-                    let pass = Some(turn.pass());
+                    let pass = Some(turn.pass(index));
                     scope.spawn(move || work(member, pass, scope, shared, plan));
                 }
                 turn.set_threads(threads);
@@ -100,14 +101,15 @@ fn threads_come_and_go_at_the_barrier() {
 #[test]
 fn an_abort_wakes_sleepers_and_spinners() {
     for cores in [0, usize::MAX] {
-        let barrier = Barrier::with_cores(4, cores);
+        let barrier = Barrier::with_cores(70, cores);
         thread::scope(|scope| {
-            let waiters: Vec<_> = (0..3).map(|_| scope.spawn(|| barrier.cross(|_| ()))).collect();
+            let barrier = &barrier;
+            let waiters = [0, 31, 32, 69].map(|index| scope.spawn(move || barrier.cross(index, |_| ())));
             thread::sleep(Duration::from_millis(5));
             barrier.abort();
             assert!(waiters.into_iter().all(|waiter| waiter.join().unwrap() == Err(Aborted)));
         });
-        assert_eq!(barrier.cross(|_| ()), Err(Aborted));
+        assert_eq!(barrier.cross(69, |_| ()), Err(Aborted));
     }
 }
 
@@ -116,8 +118,8 @@ fn a_panic_in_the_serial_part_sends_all_away() {
     crate::pipeline::fault::install_quiet_hook();
     let barrier = Barrier::new(3);
     thread::scope(|scope| {
-        let cross = || crate::pipeline::fault::catch("serial", || barrier.cross(|_| panic!("oops")));
-        let threads: Vec<_> = (0..3).map(|_| scope.spawn(cross)).collect();
+        let cross = |index| crate::pipeline::fault::catch("serial", || barrier.cross(index, |_| panic!("oops")));
+        let threads: Vec<_> = (0..3).map(|index| scope.spawn(move || cross(index))).collect();
         let results: Vec<_> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
         assert_eq!(results.iter().filter(|result| result.is_err()).count(), 1);
         assert_eq!(results.iter().filter(|result| **result == Ok(Err(Aborted))).count(), 2);

@@ -1,0 +1,159 @@
+//! A tree from the order of primitives along a curve: little work, for scenes that are built anew each frame.
+//!
+//! Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009. Middles are sorted along the Morton curve; ranges
+//! split where the highest bit changes that is not the same in all of their codes.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use mobula_simd::{F32Lanes, I32Lanes, Token};
+
+use super::block::BLOCK;
+use super::join::{Join, reduce};
+use super::reference::{self, FOUR, Reference, middle2};
+use super::sah::{Reach, reach};
+use super::wide::Ranges;
+
+/// Bits of x, y and z in a code.
+const BITS: [u32; 3] = [11, 11, 10];
+
+/// So few primitives are dealt out to full blocks, whatever their codes.
+const FEW: usize = 4 * BLOCK;
+
+/// Code above, number of the primitive below. No two are equal, so the order is one whoever sorts.
+pub(super) type Key = u64;
+
+/// Number of the primitive.
+pub(super) fn index(key: Key) -> u32 {
+    key as u32
+}
+
+/// The keys of all references, sorted.
+pub(super) fn sorted(join: &impl Join, references: &mut [Reference]) -> Vec<Key> {
+    let merge = |_: &mut [Reference], _, a: Reach, b: Reach| a.merge(&b);
+    let reach = reduce(join, references, 0, &|run, _| reach(run), &merge);
+    let extent = reach.high - reach.low;
+    let cells = FOUR.load(&BITS.map(|bits| ((1 << bits) - 1) as f32), 0);
+    // An axis along which all middles are the same, or all but, has one cell.
+    let scale = (cells / extent).select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
+    let mut keys: Vec<Key> = vec![0; references.len()];
+    let references = &*references;
+    let run = |keys: &mut [Key], start: usize| {
+        for (key, reference) in keys.iter_mut().zip(&references[start..]) {
+            let mut cell = [0; 4];
+            let at = (middle2(reference) - reach.low) * scale;
+            at.max(FOUR.splat(0.0)).min(FOUR.splat(2047.0)).to_i32().store(&mut cell, 0);
+            let code = spread(cell[0]) << 1 | spread(cell[1]) | spread(cell[2]) << 2;
+            *key = Key::from(code) << 32 | Key::from(reference::index(reference));
+        }
+    };
+    reduce(join, &mut keys, 0, &run, &|_, _, (), ()| ());
+    let mut room = vec![0; keys.len()];
+    // Halved once: with one thread each merge is a loss.
+    sort(join, &mut keys, &mut room, 1);
+    keys
+}
+
+/// Puts two zeros above each of the low eleven bits.
+fn spread(x: u32) -> u32 {
+    let x = (x | x << 16) & 0x0700_00ff;
+    let x = (x | x << 8) & 0x0700_f00f;
+    let x = (x | x << 4) & 0x430c_30c3;
+    (x | x << 2) & 0x4924_9249
+}
+
+/// Sorts by halves, `halvings` times, then by digits.
+fn sort(join: &impl Join, keys: &mut [Key], room: &mut [Key], halvings: u32) {
+    if halvings == 0 || keys.len() < 1 << 14 {
+        return by_digits(keys, room);
+    }
+    let (left, right) = keys.split_at_mut(keys.len() / 2);
+    let (left_room, right_room) = room.split_at_mut(left.len());
+    join.join(|| sort(join, left, left_room, halvings - 1), || sort(join, right, right_room, halvings - 1));
+    merge(join, left, right, room, halvings);
+    keys.copy_from_slice(room);
+}
+
+/// Merges two sorted slices, after cutting both at the same key.
+fn merge(join: &impl Join, left: &[Key], right: &[Key], to: &mut [Key], cuts: u32) {
+    if cuts > 0 && !left.is_empty() {
+        let middle = left.len() / 2;
+        let same = right.partition_point(|&key| key < left[middle]);
+        let (low, high) = to.split_at_mut(middle + same);
+        join.join(
+            || merge(join, &left[..middle], &right[..same], low, cuts - 1),
+            || merge(join, &left[middle..], &right[same..], high, cuts - 1),
+        );
+        return;
+    }
+    let (mut i, mut j) = (0, 0);
+    for to in to {
+        let (a, b) = (left.get(i).copied().unwrap_or(Key::MAX), right.get(j).copied().unwrap_or(Key::MAX));
+        *to = a.min(b);
+        i += usize::from(a < b);
+        j += usize::from(a >= b);
+    }
+}
+
+/// Sorts by code, stable: eleven bits at a time, the lowest first.
+fn by_digits(keys: &mut [Key], room: &mut [Key]) {
+    const DIGITS: usize = 1 << 11;
+    let digit = |key: Key, pass: usize| (key >> (32 + 11 * pass)) as usize % DIGITS;
+    let mut places = [[0u32; DIGITS]; 3];
+    for &key in keys.iter() {
+        for (pass, places) in places.iter_mut().enumerate() {
+            places[digit(key, pass)] += 1;
+        }
+    }
+    let (mut from, mut to) = (keys, room);
+    for (pass, places) in places.iter_mut().enumerate() {
+        let mut start = 0;
+        for place in places.iter_mut() {
+            start += core::mem::replace(place, start);
+        }
+        for &key in from.iter() {
+            let place = &mut places[digit(key, pass)];
+            to[*place as usize] = key;
+            *place += 1;
+        }
+        core::mem::swap(&mut from, &mut to);
+    }
+    // Three passes: they ended in the room.
+    to.copy_from_slice(from);
+}
+
+/// Ranges of sorted keys.
+pub(super) struct Morton;
+
+impl<'a> Ranges<'a> for Morton {
+    type Range = &'a [Key];
+
+    fn len(range: &&'a [Key]) -> usize {
+        range.len()
+    }
+
+    /// Large cells first.
+    fn weight(range: &&'a [Key]) -> f32 {
+        differing(range) as f32
+    }
+
+    fn split(&self, _: &impl Join, range: &'a [Key], by_count: bool) -> [&'a [Key]; 2] {
+        let differing = differing(range);
+        let middle = if by_count || differing == 0 || range.len() <= FEW {
+            (range.len() / 2).next_multiple_of(BLOCK)
+        } else {
+            let bit = 63 - differing.leading_zeros();
+            range.partition_point(|key| key >> bit & 1 == 0)
+        };
+        let (left, right) = range.split_at(middle);
+        [left, right]
+    }
+}
+
+/// The bits of the codes in which the first and the last differ.
+fn differing(range: &[Key]) -> Key {
+    match range {
+        [first, .., last] => (first ^ last) & !Key::from(u32::MAX),
+        _ => 0,
+    }
+}

@@ -1,0 +1,136 @@
+//! The same tree over primitives that have moved: blocks are filled anew, bounds follow from the leaves up.
+
+use alloc::vec::Vec;
+use core::mem::take;
+
+use super::join::{Join, each};
+use super::{Block, Bounds, Bvh, Child, Node};
+
+/// Subtrees of no more blocks are done without asking [`Join`].
+const GRAIN: usize = 4096;
+
+impl<B: Block> Bvh<B> {
+    /// Follows primitives that moved: `primitive` gives what the tree was built over, by the same numbers, as it is now.
+    /// Costs a small part of a build; rays then find what they would find in a tree built anew, but it gets slower the
+    /// more the primitives have changed places.
+    ///
+    /// Who has become degenerate or not finite is hit by nothing until another refit mends it. Who was left out when the
+    /// tree was built stays out, and a primitive more or less needs a tree of its own: build anew.
+    pub fn refit(&mut self, join: &impl Join, primitive: impl Fn(usize) -> B::Primitive + Sync) {
+        let first_id = self.first_id;
+        self.fill(join, &|_, block: &mut B| {
+            let (mut bounds, ids) = (Bounds::EMPTY, *block.ids());
+            for (place, id) in ids.into_iter().enumerate().filter(|&(_, id)| id != crate::NO_HIT) {
+                let moved = primitive((id - first_id) as usize);
+                match B::bounds(&moved) {
+                    Some(its) => {
+                        bounds.merge(&its);
+                        block.set(place, id, &moved);
+                    }
+                    None => block.set(place, id, &B::NOWHERE),
+                }
+            }
+            bounds
+        });
+    }
+
+    /// Fills all blocks and then all bounds: `block` gets each block with its number, and returns its bounds.
+    pub(super) fn fill(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) {
+        let mut whole = Subtree {
+            root: self.root,
+            slot: 0,
+            nodes: &mut self.nodes,
+            first_node: 0,
+            blocks: &mut self.blocks,
+            first_block: 0,
+        };
+        self.bounds = whole.fill(join, block);
+        self.scale = self.bounds.scale();
+    }
+}
+
+/// A subtree's nodes and blocks, and where they start in the whole tree.
+struct Subtree<'a, B> {
+    root: Child,
+    /// Where its parent has it.
+    slot: usize,
+    nodes: &'a mut [Node],
+    first_node: usize,
+    blocks: &'a mut [B],
+    first_block: usize,
+}
+
+impl<B: Block> Subtree<'_, B> {
+    fn fill(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) -> Bounds {
+        if self.nodes.is_empty() || self.blocks.len() <= GRAIN {
+            // All blocks first, in the order of memory.
+            let blocks = self.blocks.iter_mut().enumerate();
+            let bounds: Vec<Bounds> = blocks.map(|(i, its)| block(self.first_block + i, its)).collect();
+            // Children stand behind their parents: backwards, they are done first.
+            for at in (0..self.nodes.len()).rev() {
+                let mut node = self.nodes[at];
+                for slot in 0..8 {
+                    node.set(slot, &self.bounds(node.child[slot], &bounds), node.child[slot]);
+                }
+                self.nodes[at] = node;
+            }
+            return self.bounds(self.root, &bounds);
+        }
+        let bounds = each(join, &mut self.split(), &|part| (part.slot, part.fill(join, block)));
+        let root = &mut self.nodes[0];
+        for (slot, bounds) in bounds {
+            root.set(slot, &bounds, root.child[slot]);
+        }
+        root.bounds()
+    }
+
+    /// The bounds of a child, from those of the blocks and of what its own children have.
+    #[inline(always)]
+    fn bounds(&self, child: Child, blocks: &[Bounds]) -> Bounds {
+        if child == Child::EMPTY {
+            return Bounds::EMPTY;
+        }
+        if !child.is_leaf() {
+            return self.nodes[child.index() - self.first_node].bounds();
+        }
+        let mut bounds = Bounds::EMPTY;
+        for at in child.blocks() {
+            bounds.merge(&blocks[at - self.first_block]);
+        }
+        bounds
+    }
+
+    /// The children of the root.
+    fn split(&mut self) -> Vec<Subtree<'_, B>> {
+        let Self { nodes, first_node, blocks, first_block, .. } = self;
+        let children = nodes[0].child;
+        let starts = children.map(|child| first_block_of(nodes, *first_node, child));
+        let (mut nodes, mut blocks) = (&mut nodes[1..], &mut blocks[..]);
+        let mut parts = Vec::with_capacity(8);
+        // From the last one on: each begins where what is left ends.
+        for slot in (0..8).rev().filter(|&slot| children[slot] != Child::EMPTY) {
+            let root = children[slot];
+            let node = if root.is_leaf() { nodes.len() } else { root.index() - *first_node - 1 };
+            let (rest, its_nodes) = take(&mut nodes).split_at_mut(node);
+            let (others, its_blocks) = take(&mut blocks).split_at_mut(starts[slot] - *first_block);
+            (nodes, blocks) = (rest, others);
+            parts.push(Subtree {
+                root,
+                slot,
+                first_node: *first_node + 1 + node,
+                nodes: its_nodes,
+                first_block: starts[slot],
+                blocks: its_blocks,
+            });
+        }
+        parts
+    }
+}
+
+/// The first block of a subtree.
+fn first_block_of(nodes: &[Node], first_node: usize, mut child: Child) -> usize {
+    while !child.is_leaf() {
+        child = nodes[child.index() - first_node].child[0];
+    }
+    child.blocks().start
+}

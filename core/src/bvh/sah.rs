@@ -1,0 +1,286 @@
+//! The surface area heuristic over bins.
+//!
+//! Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007. Three passes over a range: how far
+//! middles reach, all three axes' bins at once, and the partition. Ranges are cut into runs, so that threads share the
+//! passes near the root.
+
+use alloc::boxed::Box;
+
+use mobula_simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
+
+use super::block::BLOCK;
+use super::join::{Join, RUN, reduce};
+use super::reference::{EMPTY, FOUR, Four, Reference, half_area, merge, middle2};
+use super::wide::Ranges;
+
+const BINS: usize = 16;
+
+/// Ranges of references, split where the heuristic says.
+pub(super) struct Sah {
+    pub(super) token: AnyToken,
+}
+
+/// References that become a subtree.
+pub(super) struct Range<'a> {
+    references: &'a mut [Reference],
+    area: f32,
+}
+
+impl<'a> Ranges<'a> for Sah {
+    type Range = Range<'a>;
+
+    fn len(range: &Range<'a>) -> usize {
+        range.references.len()
+    }
+
+    fn weight(range: &Range<'a>) -> f32 {
+        range.area
+    }
+
+    fn split(&self, join: &impl Join, range: Range<'a>, by_count: bool) -> [Range<'a>; 2] {
+        let Range { references, .. } = range;
+        let count = references.len();
+        let (mut middle, areas) = if by_count {
+            (0, [0.0; 2])
+        } else if count <= RUN {
+            self.token.run(Split(references))
+        } else {
+            self.in_runs(join, references)
+        };
+        if middle == 0 || middle == count {
+            middle = count / 2;
+        }
+        let (left, right) = references.split_at_mut(middle);
+        [Range { references: left, area: areas[0] }, Range { references: right, area: areas[1] }]
+    }
+}
+
+impl Sah {
+    /// The three passes, each in runs that threads share.
+    fn in_runs(&self, join: &impl Join, references: &mut [Reference]) -> (usize, [f32; 2]) {
+        let token = self.token;
+        let merge = |_: &mut [Reference], _, a: Reach, b: Reach| a.merge(&b);
+        let reach = reduce(join, references, 0, &|run, _| token.run(Reaching(run)), &merge);
+        let binning = Binning::new(&reach, references.len());
+        let filling = |run: &mut [Reference], _| token.run(Filling(run, &binning));
+        let bins = reduce(join, references, 0, &filling, &|_, _, mut a: Box<Bins>, b| {
+            a.merge(&b);
+            a
+        });
+        let Some(split) = bins.best(FOUR, binning.bins) else { return (0, [0.0; 2]) };
+        let parting = |run: &mut [Reference], _| token.run(Parting(run, &binning, &split));
+        // The right part of the left run and the left part of the right one change places, as far as both go.
+        let middle = reduce(join, references, 0, &parting, &|all, start, left, right| {
+            let swapped = right.min(start - left);
+            let (front, back) = all.split_at_mut(start);
+            front[left..left + swapped].swap_with_slice(&mut back[right - swapped..right]);
+            left + right
+        });
+        (middle, split.areas)
+    }
+}
+
+impl<'a> Range<'a> {
+    pub(super) fn new(references: &'a mut [Reference]) -> Self {
+        Self { references, area: 0.0 }
+    }
+}
+
+/// The three passes one after the other: how many go left, and the areas of both.
+struct Split<'a>(&'a mut [Reference]);
+
+impl Task for Split<'_> {
+    type Output = (usize, [f32; 2]);
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) -> (usize, [f32; 2]) {
+        let binning = Binning::new(&reach(self.0), self.0.len());
+        let mut bins = Bins::EMPTY;
+        bins.fill(token.narrow(), self.0, &binning);
+        match bins.best(token.narrow(), binning.bins) {
+            Some(split) => (partition(self.0, &binning, &split), split.areas),
+            None => (0, [0.0; 2]),
+        }
+    }
+}
+
+struct Reaching<'a>(&'a [Reference]);
+
+impl Task for Reaching<'_> {
+    type Output = Reach;
+
+    #[inline(always)]
+    fn run<T: Token>(self, _: T) -> Reach {
+        reach(self.0)
+    }
+}
+
+struct Filling<'a>(&'a [Reference], &'a Binning);
+
+impl Task for Filling<'_> {
+    type Output = Box<Bins>;
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) -> Box<Bins> {
+        let mut bins = Box::new(Bins::EMPTY);
+        bins.fill(token.narrow(), self.0, self.1);
+        bins
+    }
+}
+
+struct Parting<'a>(&'a mut [Reference], &'a Binning, &'a Best);
+
+impl Task for Parting<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<T: Token>(self, _: T) -> usize {
+        partition(self.0, self.1, self.2)
+    }
+}
+
+/// How far middles reach.
+pub(super) struct Reach {
+    pub(super) low: Four,
+    pub(super) high: Four,
+}
+
+impl Reach {
+    pub(super) fn merge(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+}
+
+#[inline(always)]
+pub(super) fn reach(references: &[Reference]) -> Reach {
+    let (mut low, mut high) = (FOUR.splat(f32::INFINITY), FOUR.splat(f32::NEG_INFINITY));
+    for reference in references {
+        let middle = middle2(reference);
+        low = middle.min(low);
+        high = middle.max(high);
+    }
+    Reach { low, high }
+}
+
+struct Binning {
+    low: [f32; 4],
+    scale: [f32; 4],
+    bins: usize,
+}
+
+/// A float's integer is in its low bits after 2^23 was added.
+const INTEGER: f32 = 8_388_608.0;
+
+impl Binning {
+    #[inline(always)]
+    fn new(reach: &Reach, count: usize) -> Self {
+        let bins = if count > 32 { BINS } else { BINS / 2 };
+        let extent = reach.high - reach.low;
+        let scale = FOUR.splat((bins - 1) as f32) / extent;
+        // Below this the quotient would overflow: all middles fall into bin 0 and the axis is not split.
+        let scale = scale.select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
+        let (mut lows, mut scales) = ([0.0; 4], [0.0; 4]);
+        reach.low.store(&mut lows, 0);
+        scale.store(&mut scales, 0);
+        Self { low: lows, scale: scales, bins }
+    }
+
+    /// The bins of a box, rounded to nearest.
+    #[inline(always)]
+    fn all(&self, reference: &Reference) -> [u32; 4] {
+        let (low, scale) = (FOUR.load(&self.low, 0), FOUR.load(&self.scale, 0));
+        let mut bins = [0; 4];
+        ((middle2(reference) - low) * scale + FOUR.splat(INTEGER)).to_bits().store(&mut bins, 0);
+        bins
+    }
+
+    /// The same on one axis.
+    #[inline(always)]
+    fn one(&self, reference: &Reference, axis: usize) -> u32 {
+        let middle = reference[axis] - reference[axis + 4];
+        ((middle - self.low[axis]) * self.scale[axis] + INTEGER).to_bits() & (BINS as u32 - 1)
+    }
+}
+
+/// Boxes and counts by bin and axis.
+struct Bins {
+    boxes: [[Reference; 4]; BINS],
+    counts: [[u32; 4]; BINS],
+}
+
+struct Best {
+    axis: usize,
+    bin: u32,
+    areas: [f32; 2],
+}
+
+impl Bins {
+    const EMPTY: Self = Self { boxes: [[EMPTY; 4]; BINS], counts: [[0; 4]; BINS] };
+
+    #[inline(always)]
+    fn fill<T: Token>(&mut self, token: T, references: &[Reference], binning: &Binning) {
+        for reference in references {
+            let bins = binning.all(reference);
+            for axis in 0..3 {
+                let bin = bins[axis] as usize % BINS;
+                merge(token, &mut self.boxes[bin][axis], reference);
+                self.counts[bin][axis] += 1;
+            }
+        }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        for bin in 0..BINS {
+            for axis in 0..3 {
+                merge(FOUR, &mut self.boxes[bin][axis], &other.boxes[bin][axis]);
+                self.counts[bin][axis] += other.counts[bin][axis];
+            }
+        }
+    }
+
+    /// The split that costs least, if one is possible.
+    #[inline(always)]
+    fn best<T: Token>(&self, token: T, bins: usize) -> Option<Best> {
+        let blocks = |count: u32| count.div_ceil(BLOCK as u32) as i32 as f32;
+        let mut right = [([0.0f32; 3], [0u32; 3]); BINS];
+        let (mut boxes, mut counts) = ([EMPTY; 3], [0u32; 3]);
+        for bin in (1..bins).rev() {
+            for axis in 0..3 {
+                merge(token, &mut boxes[axis], &self.boxes[bin][axis]);
+                counts[axis] += self.counts[bin][axis];
+                right[bin].0[axis] = half_area(&boxes[axis]);
+            }
+            right[bin].1 = counts;
+        }
+        let (mut best, mut least) = (None, f32::INFINITY);
+        let (mut boxes, mut counts) = ([EMPTY; 3], [0u32; 3]);
+        for bin in 1..bins {
+            for axis in 0..3 {
+                merge(token, &mut boxes[axis], &self.boxes[bin - 1][axis]);
+                counts[axis] += self.counts[bin - 1][axis];
+                let (area, count) = (right[bin].0[axis], right[bin].1[axis]);
+                let here = half_area(&boxes[axis]);
+                // Where a side is empty, the sum is infinite or no number.
+                let cost = here * blocks(counts[axis]) + area * blocks(count);
+                if cost < least {
+                    least = cost;
+                    best = Some(Best { axis, bin: bin as u32, areas: [here, area] });
+                }
+            }
+        }
+        best
+    }
+}
+
+/// Moves what is left of the split to the front and returns how many do. Swaps always, so that nothing is guessed.
+#[inline(always)]
+fn partition(references: &mut [Reference], binning: &Binning, split: &Best) -> usize {
+    let mut left = 0;
+    let axis = split.axis % 4;
+    for i in 0..references.len() {
+        let is_left = binning.one(&references[i], axis) < split.bin;
+        references.swap(i, left);
+        left += usize::from(is_left);
+    }
+    left
+}

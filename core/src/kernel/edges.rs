@@ -1,0 +1,199 @@
+//! Which rays of a packet may hit a triangle at all: six multiplications a ray, before the exact test.
+//!
+//! Rays with a common origin and one dominant axis differ in their shears only, and an edge function of the watertight
+//! test ([`super::triangle`]) is linear in them: with corners `b` and `c` relative to the origin, `x` and `y` the ray's
+//! shears less those of the packet's middle, and `B = (b0, b1)`, `C = (c0, c1)` sheared by the middle,
+//!
+//! ```text
+//! (C - (x, y) c2) x (B - (x, y) b2) = C x B + x (b2 C1 - c2 B1) + y (c2 B0 - b2 C0)
+//! ```
+//!
+//! since the square terms cancel. What is in brackets is the same for all rays. Taken from the packet's middle, the
+//! corners are small where the triangle is near the rays, and so is what is lost to rounding.
+//!
+//! The answer is not the test's, but errs to one side: a ray that the test finds inside is never dismissed. Let u =
+//! 2^-24, Z the greatest depth of a corner along the axis, and X a bound on all sheared corners for all rays of the packet.
+//! The exact test shears corners with an error of u (Z + X), and calls zero what is within 2 u X^2 of it: its edge
+//! functions are off by at most u (4 Z X + 6 X^2). Ours has the same error in the corners, u 2 X in what the shear is
+//! moved by, and the rounding of nine products of at most 2 X^2: u (4 Z X + 36 X^2). [`SLACK`] is more than half again of
+//! both.
+//!
+//! - NaN: anything; the exact test says no.
+//! - Degenerate triangles and coordinates out of proportion: may hit.
+
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
+
+use crate::Rays;
+
+/// Slack by X^2 and by Z X: see the [module](self).
+const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 16.0 / (1 << 24) as f32];
+/// Slack for what underflows, and the most with which no product overflows.
+const RANGE: [f32; 2] = [f32::MIN_POSITIVE, 1e30];
+
+/// The least rectangle around the shears of the rays that are asked about.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// Its middle.
+    pub center: [f32; 2],
+    /// The farthest that a ray is from the middle along either axis.
+    pub radius: f32,
+}
+
+impl Window {
+    /// Between the least and the greatest shears.
+    #[inline(always)]
+    pub fn new(least: [f32; 2], greatest: [f32; 2]) -> Self {
+        let (mut center, mut radius) = ([0.0; 2], 0.0);
+        for k in 0..2 {
+            center[k] = 0.5 * least[k] + 0.5 * greatest[k];
+            // Rounding keeps order: no difference is rounded to more than these.
+            radius = larger(radius, larger(greatest[k] - center[k], center[k] - least[k]));
+        }
+        Self { center, radius }
+    }
+
+    /// Around the active rays, whose shears have been derived and have one dominant axis.
+    #[inline(always)]
+    pub fn of<T: Token, const N: usize>(token: T, rays: &Rays<N>) -> Self {
+        let (inf, minus_inf, nan) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY), token.splat(f32::NAN));
+        let (mut least, mut greatest) = ([inf; 2], [minus_inf; 2]);
+        let mut at = 0;
+        while at < N {
+            let active = rays.active(token, at);
+            for k in 0..2 {
+                // On the left of `min` and `max` a NaN is passed over.
+                let shear = token.load(&rays.shear_columns()[k][..], at).select(active, nan);
+                (least[k], greatest[k]) = (shear.min(least[k]), shear.max(greatest[k]));
+            }
+            at += T::LANES;
+        }
+        Self::new([least[0].reduce_min(), least[1].reduce_min()], [greatest[0].reduce_max(), greatest[1].reduce_max()])
+    }
+}
+
+/// The edge functions of `B` triangles, as seen by the rays of a [`Window`].
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Edges<const B: usize> {
+    /// By edge, coefficients of the shear's distance to the middle, x and y, turned; and the constant, plus the slack.
+    function: [[[f32; B]; 3]; 3],
+    /// Twice the slack; infinite where every ray may hit.
+    width: [f32; B],
+    /// Negative where no ray of the window is on the right side of all edges: Manta's corner rays, at all corners at once.
+    room: [f32; B],
+}
+
+impl<const B: usize> Edges<B> {
+    /// Of nothing: every ray may hit.
+    pub const NONE: Self = Self { function: [[[0.0; B]; 3]; 3], width: [f32::INFINITY; B], room: [0.0; B] };
+
+    /// Of triangles by corner, axis and place, and the common origin; `axes` in order, the dominant one last.
+    #[inline(always)]
+    pub fn new(corners: &[[[f32; B]; 3]; 3], origin: [f32; 3], axes: [usize; 3], window: &Window) -> Self {
+        let [cx, cy] = window.center;
+        let mut edges = Self::NONE;
+        let [x, y, z] = [axes[0] % 3, axes[1] % 3, axes[2] % 3];
+        let [ox, oy, oz] = [origin[x], origin[y], origin[z]];
+        for i in 0..B {
+            let (mut px, mut py, mut depth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+            let mut wide = [0.0; 3];
+            for k in 0..3 {
+                depth[k] = corners[k][z][i] - oz;
+                px[k] = corners[k][x][i] - ox - cx * depth[k];
+                py[k] = corners[k][y][i] - oy - cy * depth[k];
+                wide[k] = larger(px[k].abs(), py[k].abs());
+            }
+            let deep = larger(larger(depth[0].abs(), depth[1].abs()), depth[2].abs());
+            let wide = larger(larger(wide[0], wide[1]), wide[2]) + window.radius * deep;
+            let slack = wide * (SLACK[0] * wide + SLACK[1] * deep) + RANGE[0];
+            let (mut most, mut least) = ([0.0; 3], [0.0; 3]);
+            for k in 0..3 {
+                // Edges from b to c, from c to a, from a to b.
+                let (b, c) = ([1, 2, 0][k], [2, 0, 1][k]);
+                let (x, y) = (depth[c] * py[b] - depth[b] * py[c], depth[b] * px[c] - depth[c] * px[b]);
+                let one = px[c] * py[b] - py[c] * px[b] + slack;
+                (edges.function[k][0][i], edges.function[k][1][i], edges.function[k][2][i]) = (x, y, one);
+                let spread = (x.abs() + y.abs()) * window.radius;
+                (most[k], least[k]) = (one + spread, one - spread);
+            }
+            let width = if slack < RANGE[1] { slack + slack } else { f32::INFINITY };
+            edges.width[i] = width;
+            let below = smaller(smaller(most[0], most[1]), most[2]);
+            let above = larger(larger(least[0], least[1]), least[2]);
+            edges.room[i] = larger(below, width - above);
+        }
+        edges
+    }
+
+    /// Which of the 64 rays from `from` may hit triangle `i`, a bit each.
+    #[inline(always)]
+    pub fn may_hit<T: Token, const N: usize>(
+        &self,
+        token: T,
+        i: usize,
+        window: &Window,
+        rays: &Rays<N>,
+        from: usize,
+    ) -> u64 {
+        let i = i % B;
+        let [a, b, c] = &self.function;
+        let edges = [function(token, a, i), function(token, b, i), function(token, c, i)];
+        let width = token.splat(self.width[i]);
+        let center = [token.splat(window.center[0]), token.splat(window.center[1])];
+        // From the last vector on, so that the word grows by shifts alone.
+        let mut word = 0u64;
+        let mut at = N.min(from + 64).next_multiple_of(T::LANES);
+        while at > from {
+            at -= T::LANES;
+            let dismissed = dismisses::<T, N>(token, edges, width, center, rays, at);
+            word = word << T::LANES | u64::from((!dismissed).bits());
+        }
+        word
+    }
+
+    /// May a ray of the window hit triangle `i`?
+    #[inline(always)]
+    pub fn may_be_hit(&self, i: usize) -> bool {
+        let room = self.room[i % B];
+        room >= 0.0 || room.is_nan()
+    }
+}
+
+/// Which rays from `at` miss the triangle for sure.
+#[inline(always)]
+fn dismisses<T: Token, const N: usize>(
+    token: T,
+    [a, b, c]: [[T::F32; 3]; 3],
+    width: T::F32,
+    center: [T::F32; 2],
+    rays: &Rays<N>,
+    at: usize,
+) -> T::Mask {
+    let [x, y, _] = rays.shear_columns();
+    let turned = [center[0] - token.load(&x[..], at), center[1] - token.load(&y[..], at)];
+    let (a, b, c) = (value(a, turned), value(b, turned), value(c, turned));
+    // One is less than minus the slack, and one more than the slack.
+    let negative = I32Lanes::lt(a.to_bits() | b.to_bits() | c.to_bits(), token.splat_i32(0));
+    negative & a.max(b).max(c).gt(width)
+}
+
+/// An edge function of triangle `i`.
+#[inline(always)]
+fn function<T: Token, const B: usize>(token: T, [x, y, one]: &[[f32; B]; 3], i: usize) -> [T::F32; 3] {
+    [token.splat(x[i]), token.splat(y[i]), token.splat(one[i])]
+}
+
+#[inline(always)]
+fn value<F: F32Lanes>([x, y, one]: [F; 3], turned: [F; 2]) -> F {
+    turned[0].mul_add(x, turned[1].mul_add(y, one))
+}
+
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
