@@ -146,7 +146,7 @@ pub const VIEWS: [View; 10] = [
         sun: [0.3, 0.9, 0.2],
         reach: 3.0,
         offset: 1e-3,
-        known: known(1_048_576, 2.26772e7, 276_358),
+        known: known(1_048_576, 2.27840e7, 264_542),
     },
     View { name: "terr20k", source: "gen:terr20k", known: None, ..TERRAIN },
     View { name: "terr245k", source: "gen:terr245k", known: None, ..TERRAIN },
