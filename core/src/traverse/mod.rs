@@ -1,5 +1,5 @@
-//! How rays find their primitives in a [`Bvh`]: packets in groups of 16 that have something in common, what is left ray by
-//! ray. The hits are the same bits on all paths.
+//! How rays find their primitives in a [`Bvh`]: packets in groups of 16 that have something in common, what is left
+//! loosely or ray by ray. The hits are the same bits on all paths.
 //!
 //! # Nothing is lost to rounding
 //! The primitive tests decide; boxes only may not hide what they would accept. Let u = 2^-24 and s the greatest size of
@@ -36,7 +36,7 @@ pub struct Paths {
     pub common_origin: u64,
     /// Rays that travelled in packets without one.
     pub general: u64,
-    /// Rays that travelled alone.
+    /// Rays that had nothing in common with their neighbours, or hardly any.
     pub single: u64,
 }
 

@@ -1,12 +1,13 @@
 //! Packets through the tree.
 //!
 //! ```text
-//! groups with nothing in common go ray by ray
+//! groups with nothing in common go loose, 16 rays at a time
 //! for each class of the others: stack = [root, all groups of the class]
-//!     pop; skip if farther than the farthest hit
-//!     node: test eight children against the whole packet at once
-//!           each child met: which rays meet it?  a few: alone from here; else push their groups, nearest last
-//!     leaf: each primitive against each group's rays, W at a time
+//!     pop; leave out groups that have found something nearer
+//!     node: which groups may meet which of eight children?  all at once
+//!           each child met: which rays of groups that came apart meet it?  a few: alone from here
+//!           on with the nearest; push the others, the nearer ones last
+//!     leaf: which groups may hit which triangles?  all at once; then each such triangle against each group's rays, W at a time
 //! ```
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
