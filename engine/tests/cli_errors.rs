@@ -31,7 +31,7 @@ fn wrong_usage_is_2_and_says_what_is_right() {
         (&["--balancer", "x"], "work-queue"),
         (&["--sampler", "x"], "jittered"),
         (&["--samples", "3"], "square number"),
-        (&["--accel", "x"], "bvh, brute"),
+        (&["--accel", "x"], "bvh, bvh-fast, brute"),
         (&["--eye", "1,2"], "three numbers"),
         (&["--up", "x"], "y, z and auto"),
         (&["--fov", "180"], "1 to 170"),
