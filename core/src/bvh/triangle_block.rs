@@ -97,7 +97,7 @@ impl Block for TriangleBlock {
     /// is what is lost to rounding. Let u = 2^-24, Z the greatest depth of a corner, and X a bound on all sheared corners for all
     /// rays of the packet. The exact test shears corners with an error of u (Z + X) and rounds products of at most X^2: its
     /// edge functions err by at most u (4 Z X + 6 X^2). Ours have the same error in the corners and the rounding of nine
-    /// products of at most 2 X^2: u (4 Z X + 36 X^2). [`SLACK`] is more than half again of both.
+    /// products of at most 2 X^2: u (4 Z X + 36 X^2). `SLACK` is more than half again of both.
     #[inline(always)]
     fn touches<T: Token>(
         token: T,

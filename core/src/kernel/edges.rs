@@ -15,7 +15,7 @@
 //! 2^-24, Z the greatest depth of a corner along the axis, and X a bound on all sheared corners for all rays of the packet.
 //! The exact test shears corners with an error of u (Z + X), and calls zero what is within 2 u X^2 of it: its edge
 //! functions are off by at most u (4 Z X + 6 X^2). Ours has the same error in the corners, u 2 X in what the shear is
-//! moved by, and the rounding of nine products of at most 2 X^2: u (4 Z X + 36 X^2). [`SLACK`] is more than half again of
+//! moved by, and the rounding of nine products of at most 2 X^2: u (4 Z X + 36 X^2). `SLACK` is more than half again of
 //! both.
 //!
 //! - NaN: anything; the exact test says no.
