@@ -92,7 +92,7 @@ pub trait Renderer<const N: usize>: Send + Sync {
     fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>);
 }
 
-/// Finds hits. What the surface is like there, the scene's [`Geometry`](crate::scene::Geometry) knows.
+/// Finds hits. What the surface is like there, the scene's [`Geometry`] knows.
 pub trait AccelerationStructure<const N: usize>: Send + Sync {
     /// Lowers `t_max` of each active ray to its nearest hit and sets the primitive there. On equal distance the lower
     /// primitive id wins. The material is the scene's to fill in.

@@ -11,7 +11,7 @@
 //! |---|---|
 //! | [`barrier`] | where the threads meet |
 //! | `run`, `lead` | the loop of a render thread; what the last to arrive does at the barrier |
-//! | [`mod@stage`], [`display`], `buffers` | what is done with a frame, and where its pictures are |
+//! | [`mod@stage`], [`mod@display`], `buffers` | what is done with a frame, and where its pictures are |
 //! | `transaction`, `ticket`, `safe_point` | how other threads change the state, and hear of it |
 //! | [`callback`] | how the application takes part in the loop |
 //! | [`fault`] | how a panic becomes an error that names a component |
