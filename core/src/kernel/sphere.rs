@@ -75,11 +75,7 @@ const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 1e-14];
 
 /// Which rays miss for sure the sphere with this [`outline`].
 #[inline(always)]
-pub fn dismisses<T: Token, const UNIT: bool>(
-    outline: T::F32,
-    center: [T::F32; 3],
-    direction: [T::F32; 3],
-) -> T::Mask {
+pub fn dismisses<T: Token, const UNIT: bool>(outline: T::F32, center: [T::F32; 3], direction: [T::F32; 3]) -> T::Mask {
     let along = dot(center, direction);
     (along * along).lt(if UNIT { outline } else { outline * dot(direction, direction) })
 }
