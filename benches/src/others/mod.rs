@@ -26,13 +26,15 @@ pub trait Other {
 
 /// Those that were compiled, each with its tree over these triangles; they know no spheres.
 pub fn all(primitives: &Primitives) -> Vec<Box<dyn Other>> {
-    match primitives {
-        #[cfg(feature = "peers")]
-        Primitives::Triangles(triangles) => {
-            vec![Box::new(obvhs::Obvhs::new(triangles)), Box::new(plain::Plain::new(triangles))]
-        }
-        _ => Vec::new(),
+    let mut all: Vec<Box<dyn Other>> = Vec::new();
+    #[cfg(feature = "peers")]
+    if let Primitives::Triangles(triangles) = primitives {
+        all.push(Box::new(obvhs::Obvhs::new(triangles)));
+        all.push(Box::new(plain::Plain::new(triangles)));
     }
+    // Without the feature nobody is there to look at them.
+    let _ = (primitives, &mut all);
+    all
 }
 
 /// Stores what a ray found: a triangle and where, or nothing.
