@@ -305,6 +305,10 @@ impl<const N: usize> Rays<N> {
     /// The lanes of the vector at `at` that belong to active rays.
     #[inline(always)]
     pub fn active<T: Token>(&self, token: T, at: usize) -> T::Mask {
+        // Most packets are full.
+        if self.begin <= at && at + T::LANES <= self.end {
+            return token.mask(u32::MAX);
+        }
         let (end, begin) = (self.end.saturating_sub(at), self.begin.saturating_sub(at));
         token.first(end).and_not(token.first(begin))
     }

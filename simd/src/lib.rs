@@ -80,9 +80,11 @@ pub mod level;
 pub mod one_lane;
 pub mod scalar;
 pub mod sse2;
+mod prefetch;
 mod window;
 
 #[cfg(target_arch = "x86_64")]
+pub use prefetch::prefetch;
 pub use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub use avx512::Avx512;

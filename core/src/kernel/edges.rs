@@ -23,6 +23,7 @@
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
+use super::groups::{Groups, group_lanes};
 use crate::Rays;
 
 /// Slack by X^2 and by Z X: see the [module](self).
@@ -151,6 +152,29 @@ impl<const B: usize> Edges<B> {
         word
     }
 
+    /// Which groups have rays that may hit triangle `i`, a bit each.
+    #[inline(always)]
+    pub(crate) fn groups<T: Token, const N: usize>(&self, token: T, i: usize, groups: &Groups) -> u32 {
+        let i = i % B;
+        let [a, b, c] = &self.function;
+        let edges = [function(token, a, i), function(token, b, i), function(token, c, i)];
+        let width = token.splat(self.width[i]);
+        let mut touched = 0;
+        let mut at = 0;
+        while at < group_lanes(N) {
+            let turned = [token.load(&groups.turned[0][..], at), token.load(&groups.turned[1][..], at)];
+            let radius = [token.load(&groups.radius[0][..], at), token.load(&groups.radius[1][..], at)];
+            let [a, b, c] = edges;
+            let (a, b, c) = (bounds(a, turned, radius), bounds(b, turned, radius), bounds(c, turned, radius));
+            // One is less than minus the slack for all rays of the group, and one more than the slack.
+            let below = a[1].min(b[1]).min(c[1]).lt(token.splat(0.0));
+            let above = a[0].max(b[0]).max(c[0]).gt(width);
+            touched |= (!(below & above)).bits() << at;
+            at += T::LANES;
+        }
+        touched
+    }
+
     /// May a ray of the window hit triangle `i`?
     #[inline(always)]
     pub fn may_be_hit(&self, i: usize) -> bool {
@@ -186,6 +210,14 @@ fn function<T: Token, const B: usize>(token: T, [x, y, one]: &[[f32; B]; 3], i: 
 #[inline(always)]
 fn value<F: F32Lanes>([x, y, one]: [F; 3], turned: [F; 2]) -> F {
     turned[0].mul_add(x, turned[1].mul_add(y, one))
+}
+
+/// The least and the greatest value within a radius.
+#[inline(always)]
+fn bounds<F: F32Lanes>([x, y, one]: [F; 3], turned: [F; 2], radius: [F; 2]) -> [F; 2] {
+    let middle = value([x, y, one], turned);
+    let spread = x.abs().mul_add(radius[0], y.abs() * radius[1]);
+    [middle - spread, middle + spread]
 }
 
 #[inline(always)]

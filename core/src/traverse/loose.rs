@@ -127,6 +127,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
             }
             // The order of any hits is not worth a sort.
             let near = if H::ANY { f32::NEG_INFINITY } else { near.reduce_min() };
+            self.bvh.prefetch(node.child[slot]);
             let mut entry = Entry { child: node.child[slot], near, groups: met };
             if nearest.groups == 0 {
                 nearest = entry;

@@ -12,11 +12,12 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::beams::{Beams, GROUPS, MIXED, group_lanes, group_size};
+use super::beams::{Beams, MIXED, Passage};
 use super::loose::{Loose, TOGETHER};
 use super::{Paths, Roots, Target, single};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
+use crate::kernel::groups::{GROUPS, group_size};
 use crate::kernel::{aabb, load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
 
@@ -172,12 +173,17 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         stack: &mut [Entry; STACK],
         top: &mut usize,
     ) -> Entry {
-        let lanes = group_lanes(N);
-        let mut nears = [0.0f32; 8];
-        let mut met = self.beams.children::<T, N>(token, node, &mut nears) & repeat(groups, lanes);
+        let mut passage = Passage::NONE;
+        let mut met = self.beams.children(token, node, &mut passage);
         let mut nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, groups: 0 };
         let first = *top;
-        while let Some((slot, mut groups)) = next_child(&mut met, lanes) {
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize % 8;
+            met &= met - 1;
+            let mut groups = groups & self.beams.meeting::<T, N>(token, node, slot, &passage);
+            if groups == 0 {
+                continue;
+            }
             let child = node.child[slot];
             if groups & self.wide != 0 {
                 let (meeting, count) = self.rays_in::<T, COMMON_ORIGIN>(token, node, slot, groups & self.wide);
@@ -190,7 +196,8 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                     continue;
                 }
             }
-            let mut entry = Entry { child, near: nears[slot], groups };
+            self.bvh.prefetch(child);
+            let mut entry = Entry { child, near: passage.near[slot], groups };
             if nearest.groups == 0 {
                 nearest = entry;
                 continue;
@@ -292,25 +299,28 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         let mut changed = 0u32;
         for block in blocks {
             let prepared = block.prepare::<N, COMMON_ORIGIN>(self.rays);
-            let mut pairs = quadruple(entry.groups);
-            if COMMON_ORIGIN {
-                pairs &= B::touches(token, &prepared, axis, self.beams.spread(), entry.groups);
-            }
-            while pairs != 0 {
-                let pair = pairs.trailing_zeros() as usize;
-                pairs &= pairs - 1;
-                let (group, i) = (pair / BLOCK, pair % BLOCK);
+            let touched = if COMMON_ORIGIN {
+                B::touched::<T, N>(token, &prepared, axis, self.beams.groups())
+            } else {
+                [u32::MAX; BLOCK]
+            };
+            for i in 0..BLOCK {
                 let id = block.ids()[i];
+                let mut groups = touched[i] & entry.groups;
                 if id == NO_HIT {
-                    continue;
+                    break;
                 }
-                let mut at = group * size;
-                while at < (group + 1) * size {
-                    let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at);
-                    if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
-                        changed |= 1 << group;
+                while groups != 0 {
+                    let group = groups.trailing_zeros() as usize % GROUPS;
+                    groups &= groups - 1;
+                    let mut at = group * size;
+                    while at < (group + 1) * size {
+                        let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at);
+                        if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
+                            changed |= 1 << group;
+                        }
+                        at += T::LANES;
                     }
-                    at += T::LANES;
                 }
             }
         }
@@ -334,39 +344,8 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                 farthest = farthest.max(t);
                 at += T::LANES;
             }
-            self.beams.shorten::<T, N>(token, group, farthest.reduce_max());
+            self.beams.shorten(token, group, farthest.reduce_max());
         }
+        self.beams.shortened::<T, N>(token);
     }
-}
-
-/// Takes the first child that any group meets out of `met`, which has `lanes` (4 or 16) bits a child.
-#[inline(always)]
-fn next_child(met: &mut u128, lanes: usize) -> Option<(usize, u32)> {
-    let low = *met as u64;
-    let (shift, half) = if lanes == 4 || low != 0 { (0, low) } else { (4, (*met >> 64) as u64) };
-    if half == 0 {
-        return None;
-    }
-    let slot = half.trailing_zeros() as usize / lanes;
-    let groups = (half >> (slot * lanes)) as u32 & ((1 << lanes) - 1);
-    let left = half & !(u64::from(groups) << (slot * lanes));
-    *met = if shift == 0 { *met & !u128::from(u64::MAX) | u128::from(left) } else { u128::from(left) << 64 };
-    Some(((slot + shift) % 8, groups))
-}
-
-/// A mask of `lanes` (4 or 16) bits, eight times.
-#[inline(always)]
-fn repeat(groups: u32, lanes: usize) -> u128 {
-    if lanes == 4 { u128::from(groups * 0x1111_1111) } else { u128::from(groups) * (u128::MAX / 0xffff) }
-}
-
-/// Each of 16 bits four times.
-#[inline(always)]
-fn quadruple(groups: u32) -> u64 {
-    let mut bits = u64::from(groups);
-    bits = (bits | bits << 24) & 0x0000_00ff_0000_00ff;
-    bits = (bits | bits << 12) & 0x000f_000f_000f_000f;
-    bits = (bits | bits << 6) & 0x0303_0303_0303_0303;
-    bits = (bits | bits << 3) & 0x1111_1111_1111_1111;
-    bits * 15
 }

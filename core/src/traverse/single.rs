@@ -171,6 +171,7 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         while met != 0 {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
+            self.bvh.prefetch(node.child[slot]);
             let mut entry = Entry { child: node.child[slot], near: nears[slot] };
             // The order of any hits is not worth a sort.
             if !H::ANY && entry.near < nearest.near {
