@@ -18,6 +18,7 @@ mod beams;
 mod loose;
 mod packet;
 mod single;
+mod stack;
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token, prefetch};
 

@@ -14,6 +14,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::beams::{Beams, MIXED, Passage};
 use super::loose::{Loose, TOGETHER};
+use super::stack::{Entry, Met};
 use super::{Paths, Roots, Target, single};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
@@ -30,16 +31,6 @@ const LONELY: u32 = 3;
 /// Words with a bit for each ray of the widest packet.
 const WORDS: usize = 1024 / 64;
 
-/// A subtree that waits, and for whom.
-#[derive(Clone, Copy)]
-pub(super) struct Entry {
-    pub(super) child: Child,
-    /// Where it is entered at the earliest.
-    pub(super) near: f32,
-    /// The groups (of [`Loose`] the rays) that may meet it.
-    pub(super) groups: u32,
-}
-
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     token: T,
@@ -54,7 +45,7 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     }
     rays.shears(token);
     let mut paths = Paths::default();
-    let mut stack = [single::Entry::NONE; STACK];
+    let mut stack = [Entry::NONE; STACK];
     let single = if range.len() < FEW {
         u32::MAX
     } else if rays.properties().contains(Properties::COMMON_ORIGIN) {
@@ -64,7 +55,6 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     };
     if single != 0 {
         rays.inverse_directions(token);
-        let mut entries = [Entry { child: bvh.root, near: 0.0, groups: 0 }; STACK];
         let mut at = range.start / TOGETHER * TOGETHER;
         while at < range.end {
             if single >> (at / group_size(N)) & 1 != 0 {
@@ -75,7 +65,7 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
                     lane += T::LANES;
                 }
                 paths.single += u64::from(active.count_ones());
-                Loose::new(token, bvh, rays, target, at, &mut stack).down(token, active, roots, &mut entries);
+                Loose::new(token, bvh, rays, target, at).down(token, active, roots, &mut stack);
             }
             at += TOGETHER;
         }
@@ -91,7 +81,7 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
     rays: &mut Rays<N>,
     target: &mut H,
     roots: Roots,
-    alone_stack: &mut [single::Entry; STACK],
+    stack: &mut [Entry; STACK],
     traced: &mut u64,
 ) -> u32 {
     let size = group_size(N);
@@ -106,7 +96,6 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
             *traced += (range.end.min((group + 1) * size) - range.start.max(group * size)) as u64;
         }
     }
-    let mut stack = [Entry { child: bvh.root, near: 0.0, groups: 0 }; STACK];
     while left != 0 {
         let class = beams.class(left.trailing_zeros() as usize);
         let groups = beams.gather::<T, N, COMMON_ORIGIN>(token, rays, class);
@@ -117,10 +106,10 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
         }
         let octant = if wide == 0 { MIXED } else { rays.octant().unwrap_or(MIXED) };
         let lanes = [0; WORDS];
-        let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes, stack: alone_stack };
+        let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes };
         for child in roots {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, groups };
-            walk.down::<T, COMMON_ORIGIN>(token, &mut stack);
+            walk.down::<T, COMMON_ORIGIN>(token, stack);
         }
     }
     alone
@@ -137,8 +126,6 @@ struct Walk<'a, const N: usize, B, H> {
     octant: u8,
     /// A bit a ray: see [`rays_in`](Self::rays_in).
     lanes: [u64; WORDS],
-    /// For rays that go on alone.
-    stack: &'a mut [single::Entry; STACK],
 }
 
 impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
@@ -175,8 +162,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
     ) -> Entry {
         let mut passage = Passage::NONE;
         let mut met = self.beams.children(token, node, &mut passage);
-        let mut nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, groups: 0 };
-        let first = *top;
+        let mut children = Met::new(stack, *top);
         while met != 0 {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
@@ -192,29 +178,16 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                     continue;
                 }
                 if groups == meeting && count <= LONELY {
-                    self.go_alone(token, child, meeting);
+                    self.go_alone(token, child, meeting, &mut children);
                     continue;
                 }
             }
             self.bvh.prefetch(child);
-            let mut entry = Entry { child, near: passage.near[slot], groups };
-            if nearest.groups == 0 {
-                nearest = entry;
-                continue;
-            }
-            if entry.near < nearest.near {
-                core::mem::swap(&mut entry, &mut nearest);
-            }
-            // Insertion: the farthest child stays lowest. The order of any hits is not worth a sort.
-            let mut place = *top;
-            while !H::ANY && place > first && stack[place - 1].near < entry.near {
-                stack[place] = stack[place - 1];
-                place -= 1;
-            }
-            stack[place] = entry;
-            *top += 1;
+            // The order of any hits is not worth a sort.
+            children.add(Entry { child, near: passage.near[slot], groups }, !H::ANY);
         }
-        nearest
+        *top = children.top;
+        children.nearest
     }
 
     /// Which groups have rays that meet a child's box, and how many rays; `self.lanes` says which.
@@ -271,7 +244,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
 
     /// Traces the rays in `self.lanes`, which are of these groups, through a child, one by one.
     #[inline(always)]
-    fn go_alone<T: Token>(&mut self, token: T, child: Child, groups: u32) {
+    fn go_alone<T: Token>(&mut self, token: T, child: Child, groups: u32, above: &mut Met) {
         for word in 0..N.div_ceil(64) {
             let mut lanes = self.lanes[word];
             while lanes != 0 {
@@ -282,7 +255,8 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                     rays: self.rays,
                     target: self.target,
                     roots: Roots::at(child),
-                    stack: self.stack,
+                    stack: above.stack,
+                    base: above.top,
                     i,
                 });
             }
