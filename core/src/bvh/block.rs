@@ -33,8 +33,8 @@ pub trait Block: Copy + Send + Sync + 'static {
     /// Prepares the block for a packet: with a `COMMON_ORIGIN` relative to it.
     fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared;
 
-    /// By which groups each primitive may be hit, for rays with a common origin and the dominant axis `axis`, a bit a group.
-    /// Never leaves out a hit; unused places do not matter.
+    /// By which groups each primitive may be hit, for rays with a common origin or direction and the dominant axis `axis`, a bit a
+    /// group. Never leaves out a hit; unused places do not matter.
     fn touched<T: Token, const N: usize>(
         _token: T,
         _prepared: &Self::Prepared,

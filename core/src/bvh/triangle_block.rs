@@ -99,7 +99,11 @@ impl Block for TriangleBlock {
         axis: usize,
         groups: &Groups,
     ) -> [u32; BLOCK] {
-        let edges = Edges::new(prepared, [0.0; 3], AXES[axis % 3], &groups.window);
+        let axes = AXES[axis % 3];
+        let edges = match &groups.parallel {
+            None => Edges::new(prepared, [0.0; 3], axes, &groups.window),
+            Some(parallel) => Edges::parallel(prepared, parallel, axes, &groups.window),
+        };
         let mut touched = [0; BLOCK];
         for (i, touched) in touched.iter_mut().enumerate() {
             if edges.may_be_hit(i) {

@@ -21,21 +21,35 @@ pub(crate) const fn group_lanes(width: usize) -> usize {
 /// A value of every group.
 pub(crate) type Row = Column<f32, GROUPS>;
 
-/// The shears of groups of rays with a common origin.
+/// Where groups of rays go that have an origin or a direction in common. From an origin they differ in their shears; parallel
+/// rays in their bases, which are x and y where they pass a plane of equal depth.
 #[derive(Clone, Copy, Debug)]
 pub struct Groups {
-    /// Around all of them.
+    /// Around the shears or bases of all of them.
     pub window: Window,
     /// The middle of the window less that of each group, x and y.
     pub turned: [Row; 2],
     /// How far from it any ray of the group may be.
     pub radius: [Row; 2],
+    /// Of parallel rays.
+    pub parallel: Option<Parallel>,
+}
+
+/// What parallel rays have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Parallel {
+    /// Their shears, x and y.
+    pub shear: [f32; 2],
+    /// The depth at which bases are taken.
+    pub start: f32,
+    /// The greatest coordinate of an origin or a primitive.
+    pub scale: f32,
 }
 
 impl Default for Groups {
     fn default() -> Self {
         let zero = [Column::splat(0.0); 2];
-        Self { window: Window { center: [0.0; 2], radius: 0.0 }, turned: zero, radius: zero }
+        Self { window: Window { center: [0.0; 2], radius: 0.0 }, turned: zero, radius: zero, parallel: None }
     }
 }
 
@@ -43,17 +57,23 @@ impl Default for Groups {
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 impl Groups {
-    /// Of the least and the greatest shears of each of some groups, by x and y, and of all together.
+    /// Of the least and the greatest shears or bases of each of some groups, by x and y, and of all together.
     #[inline(always)]
-    pub(crate) fn from_origin<T: Token>(token: T, shears: &[[Row; 2]; 2], all: [[f32; 2]; 2], groups: usize) -> Self {
-        let mut window = Window::new(all.map(|[least, _]| least), all.map(|[_, greatest]| greatest));
+    pub(crate) fn new<T: Token>(
+        token: T,
+        ends: &[[Row; 2]; 2],
+        all: [[f32; 2]; 2],
+        groups: usize,
+        parallel: Option<Parallel>,
+    ) -> Self {
+        let mut window = Window::new([all[0][0], all[1][0]], [all[0][1], all[1][1]]);
         window.radius += ROUNDING;
-        let mut of = Self { window, ..Self::default() };
+        let mut of = Self { window, parallel, ..Self::default() };
         let half = token.splat(0.5);
         let mut at = 0;
         while at < groups {
             for k in 0..2 {
-                let (least, greatest) = (token.load(&shears[0][k][..], at), token.load(&shears[1][k][..], at));
+                let (least, greatest) = (token.load(&ends[0][k][..], at), token.load(&ends[1][k][..], at));
                 let turned = (least + greatest).neg_mul_add(half, token.splat(window.center[k]));
                 turned.store(&mut of.turned[k][..], at);
                 let radius = (greatest - least).mul_add(half, token.splat(ROUNDING));

@@ -11,7 +11,7 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::PAD;
 use crate::bvh::Node;
-use crate::kernel::groups::{GROUPS, Groups, Row, group_lanes, group_size};
+use crate::kernel::groups::{GROUPS, Groups, Parallel, Row, group_lanes, group_size};
 use crate::{Column, Rays};
 
 /// The class of a group whose rays have nothing in common: they go one by one.
@@ -45,7 +45,9 @@ pub(super) struct Beams {
     /// Of all that travel.
     least_inverse: f32,
     farthest: f32,
-    /// For the edges of triangles, where the rays have an origin or a direction in common.
+    /// Have the rays an origin or a direction in common?
+    alike: bool,
+    /// For the edges of triangles, if so.
     groups: Groups,
 }
 
@@ -117,6 +119,7 @@ impl Beams {
             far: Plane::NONE,
             least_inverse: 0.0,
             farthest: 0.0,
+            alike: false,
             groups: Groups::default(),
         };
         let range = rays.range();
@@ -243,10 +246,14 @@ impl Beams {
             at += T::LANES;
         }
         self.farthest = greatest::<T, N>(token, &self.reach, groups);
+        self.alike = COMMON_ORIGIN || (slope[0][0] == slope[0][1] && slope[1][0] == slope[1][1]);
         if COMMON_ORIGIN {
-            self.groups = Groups::from_origin(token, &self.slope, slope, group_lanes(N));
+            self.groups = Groups::new(token, &self.slope, slope, group_lanes(N), None);
+        } else if self.alike {
+            let parallel = Parallel { shear: [slope[0][0], slope[1][0]], start: first, scale: self.scale };
+            self.groups = Groups::new(token, &bases, base, group_lanes(N), Some(parallel));
         }
-        self.wide = if COMMON_ORIGIN { self.wide & groups } else { groups };
+        self.wide = if self.alike { self.wide & groups } else { groups };
         groups
     }
 
@@ -262,10 +269,10 @@ impl Beams {
         self.scale * PAD
     }
 
-    /// The groups as the edges of triangles see them, if the rays have a common origin.
+    /// The groups as the edges of triangles see them, if the rays have an origin or a direction in common.
     #[inline(always)]
-    pub(super) fn groups(&self) -> &Groups {
-        &self.groups
+    pub(super) fn groups(&self) -> Option<&Groups> {
+        self.alike.then_some(&self.groups)
     }
 
     /// The groups that have come apart, so that bounds say little of them: their rays are better tested one by one.

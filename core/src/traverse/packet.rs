@@ -273,10 +273,9 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         let mut changed = 0u32;
         for block in blocks {
             let prepared = block.prepare::<N, COMMON_ORIGIN>(self.rays);
-            let touched = if COMMON_ORIGIN {
-                B::touched::<T, N>(token, &prepared, axis, self.beams.groups())
-            } else {
-                [u32::MAX; BLOCK]
+            let touched = match self.beams.groups() {
+                Some(groups) => B::touched::<T, N>(token, &prepared, axis, groups),
+                None => [u32::MAX; BLOCK],
             };
             for i in 0..BLOCK {
                 let id = block.ids()[i];
