@@ -428,7 +428,7 @@ impl Beams {
 }
 
 /// Groups of rays whose slopes differ by more than this (a tile of 4x4 pixels is a few thousandths wide) have come apart.
-const WIDE: f32 = 1.0 / 100.0;
+const WIDE: f32 = 1.0 / 160.0;
 /// Groups with origins beyond are not bounded: sums and products of such overflow.
 const FARTHEST: f32 = 1e30;
 /// How many times as wide as the slopes the bases may be, as a share of the scene.
