@@ -191,7 +191,7 @@ proptest! {
             senders.into_iter().for_each(|sender| sender.join().expect("senders do not panic"));
             // One frame of the final state.
             let done = handle.send("done", |_| ()).wait();
-            while done.is_ok() && handle.progress().frames <= *done.as_ref().expect("carried out") {
+            while done.as_ref().is_ok_and(|&frame| handle.progress().frames <= frame) && !handle.is_stopped() {
                 std::thread::yield_now();
             }
             handle.stop();

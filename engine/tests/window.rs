@@ -31,26 +31,57 @@ fn display() -> Option<(Owned, String)> {
         }
     }
     let mut server = Command::new("Xvfb");
-    server.args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"]);
+    // Without -noreset it starts anew when its last client leaves, which may be a search for the window, and drops who
+    // comes meanwhile.
+    server.args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp", "-noreset"]);
     let mut child = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let mut number = String::new();
     BufReader::new(child.stdout.take().unwrap()).read_line(&mut number).unwrap();
     Some((Owned(child), format!(":{}", number.trim())))
 }
 
-/// What the viewer says on standard error, line by line.
-type Said = Arc<Mutex<Vec<String>>>;
-
+/// A viewer on a display of its own.
 struct Session {
-    name: String,
+    display: String,
     window: String,
     folder: Folder,
-    said: Said,
+    viewer: Owned,
+    /// What the viewer says on standard error, line by line.
+    said: Arc<Mutex<Vec<String>>>,
 }
 
 impl Session {
+    /// Starts a viewer and waits for its window.
+    fn start(display: String, test: &str, options: &[&str]) -> Self {
+        let folder = Folder::new(test);
+        folder.write("pyramid.obj", PYRAMID);
+        let mut command = folder.mobula(&[&["view", "pyramid.obj", "--size", "320x240"], options].concat());
+        let mut viewer = Owned(command.env("DISPLAY", &display).stderr(Stdio::piped()).spawn().unwrap());
+        let said = Arc::<Mutex<Vec<String>>>::default();
+        let (listener, lines) = (Arc::clone(&said), BufReader::new(viewer.0.stderr.take().unwrap()).lines());
+        std::thread::spawn(move || lines.map_while(Result::ok).for_each(|line| listener.lock().unwrap().push(line)));
+        let mut session = Self { display, window: String::new(), folder, viewer, said };
+        wait("window", || {
+            session.window = session.xdotool("search --name mobula:").lines().next().unwrap_or_default().to_owned();
+            let ended = session.viewer.0.try_wait().unwrap();
+            assert!(ended.is_none(), "no window, but {ended:?}: {:?}", session.said.lock().unwrap());
+            !session.window.is_empty()
+        });
+        session
+    }
+
+    /// Waits for the viewer's end; its exit status.
+    fn end(&mut self) -> Option<i32> {
+        let mut status = None;
+        wait("end", || {
+            status = self.viewer.0.try_wait().unwrap();
+            status.is_some()
+        });
+        status.unwrap().code()
+    }
+
     fn xdotool(&self, arguments: &str) -> String {
-        let output = Command::new("xdotool").args(arguments.split(' ')).env("DISPLAY", &self.name).output().unwrap();
+        let output = Command::new("xdotool").args(arguments.split(' ')).env("DISPLAY", &self.display).output().unwrap();
         String::from_utf8(output.stdout).unwrap().trim().to_owned()
     }
 
@@ -88,9 +119,11 @@ impl Session {
 
     /// What the window shows: width, height and RGB. None where there is no `xwd` to ask.
     fn pixels(&self) -> Option<(u32, u32, Vec<u8>)> {
-        let dump =
-            Command::new("xwd").args(["-silent", "-id", &self.window]).env("DISPLAY", &self.name).output().ok()?;
-        let dump = dump.stdout;
+        let mut command = Command::new("xwd");
+        let dump = command.args(["-silent", "-id", &self.window]).env("DISPLAY", &self.display).output().ok()?.stdout;
+        if dump.is_empty() {
+            return Some((0, 0, Vec::new())); // it changed its size in between
+        }
         let word = |index: usize| u32::from_be_bytes(dump[index * 4..][..4].try_into().unwrap());
         // XWDFile.h: header size, ..., width 4, height 5, ..., bits per pixel 11, bytes per line 12, ..., colours 19.
         let (width, height, stride) = (word(4), word(5), word(12) as usize);
@@ -115,20 +148,10 @@ fn wait(what: &str, mut done: impl FnMut() -> bool) {
 #[test]
 fn keys_mouse_size_and_screenshots() {
     let Some((_server, name)) = display() else { return };
-    let folder = Folder::new("window");
-    folder.write("pyramid.obj", PYRAMID);
-    let mut command = folder.mobula(&["view", "pyramid.obj", "--size", "320x240", "--threads", "1"]);
-    let mut viewer = Owned(command.env("DISPLAY", &name).stderr(Stdio::piped()).spawn().unwrap());
-    let said = Said::default();
-    let (listener, lines) = (Arc::clone(&said), BufReader::new(viewer.0.stderr.take().unwrap()).lines());
-    std::thread::spawn(move || lines.map_while(Result::ok).for_each(|line| listener.lock().unwrap().push(line)));
-    let mut session = Session { name, window: String::new(), folder, said };
-    wait("window", || {
-        session.window = session.xdotool("search --name mobula:").lines().next().unwrap_or_default().to_owned();
-        !session.window.is_empty()
-    });
-    session.xdotool(&format!("windowfocus --sync {}", session.window));
+    let mut session = Session::start(name, "window", &["--threads", "1"]);
+    // The viewer sets this title when it listens to events: focus that comes earlier may be missed, and keys with it.
     session.wait_title("pyramid | 320x240 |");
+    session.xdotool(&format!("windowfocus --sync {}", session.window));
 
     // The first picture is what the command without a window makes.
     let first = session.screenshot(1);
@@ -165,31 +188,15 @@ fn keys_mouse_size_and_screenshots() {
     assert_eq!((small.0, small.1), (200, 150));
 
     session.xdotool("key Escape");
-    let mut status = None;
-    wait("end", || {
-        status = viewer.0.try_wait().unwrap();
-        status.is_some()
-    });
-    assert_eq!(status.unwrap().code(), Some(0));
+    assert_eq!(session.end(), Some(0));
 }
 
 /// A window that is closed while frames are rendered, by the window manager's way or by the display going down.
 #[test]
 fn a_display_that_goes_away_ends_the_viewer() {
     let Some((server, name)) = display() else { return };
-    let folder = Folder::new("gone");
-    folder.write("pyramid.obj", PYRAMID);
-    let mut command = folder.mobula(&["view", "pyramid.obj", "--size", "320x240"]);
-    let mut viewer = Owned(command.env("DISPLAY", &name).stderr(Stdio::null()).spawn().unwrap());
-    let search =
-        || Command::new("xdotool").args(["search", "--name", "mobula:"]).env("DISPLAY", &name).output().unwrap();
-    wait("window", || !search().stdout.is_empty());
+    let mut session = Session::start(name, "gone", &[]);
     drop(server);
-    let mut status = None;
-    wait("end", || {
-        status = viewer.0.try_wait().unwrap();
-        status.is_some()
-    });
     // Not a success, and not a signal.
-    assert_eq!(status.unwrap().code(), Some(1));
+    assert_eq!(session.end(), Some(1), "{:?}", session.said.lock().unwrap());
 }

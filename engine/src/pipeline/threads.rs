@@ -73,10 +73,12 @@ mod tests {
 
     #[test]
     fn two_threads_never_share_a_pinned_core() {
+        // Both are pinned before either lets go.
+        let both = std::sync::Barrier::new(2);
         std::thread::scope(|scope| {
             let pin = || {
                 let pinned = pin_current();
-                std::thread::sleep(std::time::Duration::from_millis(20));
+                both.wait();
                 pinned.as_ref().map(|pinned| pinned.0)
             };
             let (one, two) = (scope.spawn(pin), scope.spawn(pin));
