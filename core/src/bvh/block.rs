@@ -3,9 +3,9 @@
 use mobula_simd::Token;
 
 use super::Bounds;
-use crate::traverse::SingleRay;
 use crate::Rays;
 use crate::kernel::groups::Groups;
+use crate::traverse::SingleRay;
 
 /// Primitives in a block.
 pub const BLOCK: usize = 4;

@@ -179,7 +179,8 @@ impl Beams {
             slope[k][0] = least::<T, N>(token, &self.slope[0][k], groups);
             slope[k][1] = greatest::<T, N>(token, &self.slope[1][k], groups);
         }
-        let depths = [least::<T, N>(token, &self.origin[0][z], groups), greatest::<T, N>(token, &self.origin[1][z], groups)];
+        let depths =
+            [least::<T, N>(token, &self.origin[0][z], groups), greatest::<T, N>(token, &self.origin[1][z], groups)];
         let (first, last) = if backward { (depths[1], depths[0]) } else { (depths[0], depths[1]) };
         let (near, far) = if backward { (z + 3, z) } else { (z, z + 3) };
         self.axis = axis;
@@ -321,7 +322,13 @@ impl Beams {
 
     /// Which groups may meet a child.
     #[inline(always)]
-    pub(super) fn meeting<T: Token, const N: usize>(&self, token: T, node: &Node, slot: usize, passage: &Passage) -> u32 {
+    pub(super) fn meeting<T: Token, const N: usize>(
+        &self,
+        token: T,
+        node: &Node,
+        slot: usize,
+        passage: &Passage,
+    ) -> u32 {
         let slot = slot % 8;
         let mut met = 0;
         let mut at = 0;

@@ -4,10 +4,11 @@
 //! groups with nothing in common go loose, 16 rays at a time
 //! for each class of the others: stack = [root, all groups of the class]
 //!     pop; leave out groups that have found something nearer
-//!     node: which groups may meet which of eight children?  all at once
-//!           each child met: which rays of groups that came apart meet it?  a few: alone from here
+//!     node: which of eight children may any ray meet?  all at once
+//!           each such child: which groups may meet it?  all at once; ask for its memory
+//!           which rays of groups that came apart meet it?  a few: alone from here
 //!           on with the nearest; push the others, the nearer ones last
-//!     leaf: which groups may hit which triangles?  all at once; then each such triangle against each group's rays, W at a time
+//!     leaf: each triangle that any ray may hit: which groups?  all at once; then each such group's rays, W at a time
 //! ```
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
