@@ -185,3 +185,10 @@ fn a_ray_whose_interval_is_not_a_number_takes_nothing_from_its_neighbours() {
     let hits = together_rays_find_what_they_find_alone(1.0, |i| [0.0, if i % 8 == 7 { f32::NAN } else { f32::INFINITY }]);
     assert!(hits > 0);
 }
+
+/// What lies around rays that go loosely was taken from where they end and their origin.
+#[test]
+fn rays_that_start_behind_their_origin_hit_what_is_there() {
+    assert!(together_rays_find_what_they_find_alone(-1.0, |_| [-9.0, 0.0]) > 0);
+    assert!(together_rays_find_what_they_find_alone(-1.0, |_| [f32::NEG_INFINITY, -0.1]) > 0);
+}
