@@ -192,3 +192,9 @@ fn rays_that_start_behind_their_origin_hit_what_is_there() {
     assert!(together_rays_find_what_they_find_alone(-1.0, |_| [-9.0, 0.0]) > 0);
     assert!(together_rays_find_what_they_find_alone(-1.0, |_| [f32::NEG_INFINITY, -0.1]) > 0);
 }
+
+/// Its reciprocal is 0, and so was the distance of all that lies along its axis.
+#[test]
+fn an_infinite_direction_hits_nothing() {
+    assert_eq!(together_rays_find_what_they_find_alone(f32::INFINITY, |_| [-1.0, 0.0]), 0);
+}
