@@ -182,7 +182,8 @@ fn together_rays_find_what_they_find_alone(forward: f32, interval: impl Fn(usize
 /// Its `t_max` made how far the group reaches NaN at the first hit, and the group found nothing more. Found by the fuzzer.
 #[test]
 fn a_ray_whose_interval_is_not_a_number_takes_nothing_from_its_neighbours() {
-    let hits = together_rays_find_what_they_find_alone(1.0, |i| [0.0, if i % 8 == 7 { f32::NAN } else { f32::INFINITY }]);
+    let hits =
+        together_rays_find_what_they_find_alone(1.0, |i| [0.0, if i % 8 == 7 { f32::NAN } else { f32::INFINITY }]);
     assert!(hits > 0);
 }
 
