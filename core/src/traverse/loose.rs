@@ -52,17 +52,20 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 largest = token.load(&origin[..], at + lane).abs().max(largest);
             }
             let margin = largest * token.splat(PAD);
-            let t_max = token.load(&rays.t_max[..], at + lane);
-            let searching = rays.active(token, at + lane) & token.load(&rays.t_min()[..], at + lane).le(t_max);
+            let (t_min, t_max) = (token.load(&rays.t_min()[..], at + lane), token.load(&rays.t_max[..], at + lane));
+            let searching = rays.active(token, at + lane) & t_min.le(t_max);
+            // Where it starts: at the origin, unless behind it.
+            let t_min = t_min.min(token.splat(0.0));
             for k in 0..3 {
                 let origin = token.load(&rays.origins()[k][..], at + lane);
                 let inverse = token.load(&rays.inverse_columns()[k][..], at + lane);
                 ((origin + margin) * inverse).store(&mut edge[0][k][..], lane);
                 ((origin - margin) * inverse).store(&mut edge[1][k][..], lane);
                 // A NaN on the left of `min` and `max` is passed over: rays that are done, and 0 times infinity, which leads nowhere.
-                let end = token.load(&rays.directions()[k][..], at + lane).mul_add(t_max, origin);
-                let low = end.min(origin).select(searching, nan);
-                let high = end.max(origin).select(searching, nan);
+                let direction = token.load(&rays.directions()[k][..], at + lane);
+                let (start, end) = (direction.mul_add(t_min, origin), direction.mul_add(t_max, origin));
+                let low = end.min(start.min(origin)).select(searching, nan);
+                let high = end.max(start.max(origin)).select(searching, nan);
                 least[k] = (low - margin).min(least[k]);
                 greatest[k] = (high + margin).max(greatest[k]);
             }

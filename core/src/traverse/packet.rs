@@ -315,7 +315,8 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
             let mut at = group * size;
             while at < (group + 1) * size {
                 let t = token.load(&self.rays.t_max[..], at).select(self.rays.active(token, at), minus_inf);
-                farthest = farthest.max(t);
+                // On the left of `max` a NaN is passed over: a ray without an interval reaches nowhere.
+                farthest = t.max(farthest);
                 at += T::LANES;
             }
             self.beams.shorten(token, group, farthest.reduce_max());
