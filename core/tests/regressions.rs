@@ -199,3 +199,26 @@ fn rays_that_start_behind_their_origin_hit_what_is_there() {
 fn an_infinite_direction_hits_nothing() {
     assert_eq!(together_rays_find_what_they_find_alone(f32::INFINITY, |_| [-1.0, 0.0]), 0);
 }
+
+/// Origin times reciprocal was infinite, and so all planes were, to rays that go loosely or alone.
+#[test]
+fn short_directions_with_a_zero_in_a_scene_of_some_size_find_through_the_tree_what_they_find_without() {
+    let wide = |i, k| corner(i, k).map(|x| x * 10.0);
+    let bvh = Bvh::<TriangleBlock>::triangles(49, 0, &Serial, |i| [wide(i, 0), wide(i + 1, 2), wide(i + 7, 1)]);
+    for token in AnyToken::available() {
+        for (length, rays) in [1e-20, 1e-27, 1e-30].into_iter().flat_map(|length| [(length, 24), (length, 2)]) {
+            let mut packet = RayPacket::<24>::default();
+            packet.reset(0..rays);
+            for i in 0..rays {
+                let x = (i % 5) as f32 * 0.2 - 0.4;
+                packet.set_ray(i, [0.01 * i as f32, 5.02, -5.0].into(), [x * length, 0.0, length].into());
+                packet.set_interval(i, -1.0, f32::INFINITY);
+            }
+            let mut all = packet.clone();
+            bvh.intersect(token, &mut packet);
+            bvh.intersect_all(token, &mut all);
+            assert_eq!(packet.hits.primitive.0, all.hits.primitive.0, "{length:e} {token:?}");
+            assert!(all.was_hit(0));
+        }
+    }
+}

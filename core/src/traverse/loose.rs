@@ -59,6 +59,9 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
             for k in 0..3 {
                 let origin = token.load(&rays.origins()[k][..], at + lane);
                 let inverse = token.load(&rays.inverse_columns()[k][..], at + lane);
+                // Where products overflow, as those of short directions, NaN: `min` and `max` pass over the axis.
+                let small = (largest * token.splat(4.0) * inverse).abs().lt(inf);
+                let inverse = inverse.select(small, nan);
                 ((origin + margin) * inverse).store(&mut edge[0][k][..], lane);
                 ((origin - margin) * inverse).store(&mut edge[1][k][..], lane);
                 // A NaN on the left of `min` and `max` is passed over: rays that are done, and 0 times infinity, which leads nowhere.

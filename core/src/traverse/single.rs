@@ -85,8 +85,10 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         for k in 0..3 {
             let (low, high) = (origin[k][i] - margin, origin[k][i] + margin);
             let negative = inverse[k][i] < 0.0;
-            near[k] = token.splat(if negative { low } else { high } * inverse[k][i]);
-            far[k] = token.splat(if negative { high } else { low } * inverse[k][i]);
+            // Where products overflow, as those of short directions, NaN: `min` and `max` pass over the axis.
+            let inverse = if (4.0 * largest * inverse[k][i]).is_finite() { inverse[k][i] } else { f32::NAN };
+            near[k] = token.splat(if negative { low } else { high } * inverse);
+            far[k] = token.splat(if negative { high } else { low } * inverse);
             (rows[0][k], rows[1][k]) = if negative { (k + 3, k) } else { (k, k + 3) };
         }
         Self {
