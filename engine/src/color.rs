@@ -19,7 +19,11 @@ const CURVE: [f32; 7] = [16.542_696, -78.039_43, 162.886_22, -213.936_16, 346.85
 fn srgb<T: Token>(token: T, linear: T::F32) -> T::I32 {
     let x = linear.max(token.splat(0.0)).min(token.splat(1.0));
     let u = x.sqrt().sqrt();
-    let curve = CURVE[1..].iter().fold(token.splat(CURVE[0]), |sum, &c| sum * u + token.splat(c));
+    let mut curve = token.splat(CURVE[0]);
+    // Not a fold: what is in a closure that is called elsewhere is not compiled for the level.
+    for power in 1..CURVE.len() {
+        curve = curve * u + token.splat(CURVE[power]);
+    }
     let line = x * token.splat(255.0 * 12.92) + token.splat(0.5);
     line.select(x.le(token.splat(LINEAR)), curve).to_i32()
 }

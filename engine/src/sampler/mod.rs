@@ -66,6 +66,7 @@ impl fmt::Display for SamplerKind {
 }
 
 /// Gives a sampled pixel its colour, and with it the square that it stands for (see [`Fragment::step`]).
+#[inline]
 fn fill(out: &FrameBuffer, fragment: &Fragment, [x, y]: [u32; 2], color: u32) {
     let (x, y) = (x as usize, y as usize);
     if fragment.step == 1 {
