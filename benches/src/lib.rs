@@ -7,6 +7,7 @@
 //! | [`secondary`] | shadow, occlusion and bounce rays made from primary hits |
 //! | [`packets`] | Mobula's timed loop |
 //! | `embree` | Embree's (with the feature `embree`) |
+//! | [`others`] | those of further peers (with the feature `peers`) |
 //! | [`verdict`] | whether two peers found the same |
 //! | [`report`] | tables and JSON |
 //! | [`clock`] | thread time, cycles, the machine |
@@ -14,6 +15,7 @@
 pub mod clock;
 #[cfg(feature = "embree")]
 pub mod embree;
+pub mod others;
 pub mod packets;
 pub mod rays;
 pub mod report;

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use crate::rays::Kind;
 use crate::verdict::Verdict;
 
 /// Least, middle and greatest of some measurements.
@@ -38,6 +39,8 @@ pub struct Way {
     pub name: String,
     /// Cycles per ray.
     pub cycles: Spread,
+    /// Cycles of Embree's best interface over these, turn by turn.
+    pub ratio: Spread,
 }
 
 /// One scene, one kind of ray, one level.
@@ -45,17 +48,19 @@ pub struct Way {
 pub struct Row {
     /// Name of the scene.
     pub scene: String,
-    /// Number of its triangles.
-    pub triangles: usize,
+    /// Triangles or spheres.
+    pub shape: &'static str,
+    /// How many of them.
+    pub primitives: usize,
     /// Mobula's level.
     pub level: String,
     /// What Embree was limited to.
     pub isa: String,
     /// Kind of rays.
-    pub kind: &'static str,
+    pub kind: Kind,
     /// Number of rays.
     pub rays: usize,
-    /// Mobula by packet width; the second is what the ratio is about.
+    /// Mobula by packet width; the same widths in all rows.
     pub mobula: Vec<Way>,
     /// Embree's interfaces that were repeated, the best first.
     pub embree: Vec<Way>,
@@ -63,8 +68,6 @@ pub struct Row {
     pub tried: Vec<(String, f64)>,
     /// Further peers.
     pub others: Vec<Way>,
-    /// Embree's cycles over Mobula's, turn by turn.
-    pub ratio: Spread,
     /// Whether both found the same: the first is Embree.
     pub verdict: Verdict,
 }
@@ -111,16 +114,15 @@ impl Report {
     /// The whole report as one object.
     pub fn json(&self) -> Value {
         let ways = |ways: &[Way]| -> Value {
-            ways.iter().map(|way| json!({"name": way.name, "cycles_per_ray": way.cycles.json()})).collect()
+            let way =
+                |way: &Way| json!({"name": way.name, "cycles_per_ray": way.cycles.json(), "ratio": way.ratio.json()});
+            ways.iter().map(way).collect()
         };
         let rows: Value = self.rows.iter().map(|row| {
-            let mrays = |way: Option<&Way>| way.map(|way| self.mrays(way.cycles.median));
             json!({
-                "scene": row.scene, "triangles": row.triangles, "level": row.level, "embree_isa": row.isa,
-                "rays": row.kind, "count": row.rays, "ratio": row.ratio.json(),
+                "scene": row.scene, "shape": row.shape, "primitives": row.primitives, "level": row.level, "embree_isa": row.isa,
+                "rays": row.kind.name(), "count": row.rays,
                 "mobula": ways(&row.mobula), "embree": ways(&row.embree), "others": ways(&row.others),
-                "mobula_mrays_per_second": mrays(row.mobula.get(1)),
-                "embree_mrays_per_second": mrays(row.embree.first()),
                 "embree_tried": row.tried.iter().map(|(name, cycles)| json!({"name": name, "cycles_per_ray": cycles})).collect::<Value>(),
                 "hits": {"embree": row.verdict.hits[0], "mobula": row.verdict.hits[1]},
                 "ties": row.verdict.ties, "band": row.verdict.band,
@@ -140,10 +142,13 @@ impl Report {
             .collect();
         let means: Value = self
             .groups()
-            .into_iter()
-            .map(|(level, kind)| {
-                let ratios = self.ratios(&level, kind);
-                json!({"level": level, "rays": kind, "geometric_mean": mean(&ratios), "scenes": ratios.len()})
+            .iter()
+            .flat_map(|group| group.widths.iter().map(move |width| (group, width)))
+            .map(|(group, width)| {
+                json!({
+                    "level": group.level, "rays": group.kind.name(), "shape": group.shape, "packet": width.name,
+                    "geometric_mean": width.mean, "scenes": width.ratios.len(), "is_best_width": width.name == group.best().name,
+                })
             })
             .collect();
         json!({
@@ -157,26 +162,39 @@ impl Report {
         let mut text = format!("# Peers, {}\n\n", self.date);
         let _ = writeln!(text, "- Command: `{}`\n- Machine: {}\n", self.command, self.machine);
         text += EXPLANATION;
-        if !self.rows.is_empty() {
-            text += "\n## Ratios\n\nEmbree's best cycles per ray over Mobula's (packets of 64), geometric mean over scenes \
-                     of the medians; above 1 Mobula is faster.\n\n";
-            text += "| level | rays | mean | worst scene | best scene | scenes |\n|---|---|---|---|---|---|\n";
-            for (level, kind) in self.groups() {
-                let ratios = self.ratios(&level, kind);
-                let of = |pick: fn(f64, f64) -> bool| {
-                    let found = ratios.iter().fold(None::<&(String, f64)>, |best, next| match best {
-                        Some(best) if !pick(next.1, best.1) => Some(best),
-                        _ => Some(next),
-                    });
-                    found.map_or(String::new(), |(name, ratio)| format!("{name} {ratio:.2}"))
-                };
-                let (worst, best) = (of(|a, b| a < b), of(|a, b| a > b));
-                let (mean, count) = (mean(&ratios), ratios.len());
-                let _ = writeln!(text, "| {level} | {kind} | **{mean:.2}** | {worst} | {best} | {count} |");
-            }
+        let groups = self.groups();
+        if let Some(first) = groups.first() {
+            text += RATIOS;
+            let widths: Vec<&str> = first.widths.iter().map(|width| width.name.as_str()).collect();
+            let _ = writeln!(
+                text,
+                "| level | rays | target | {} | best width | mean with it | worst scene | best scene | scenes |\n|{}",
+                widths.join(" | "),
+                "---|".repeat(widths.len() + 8)
+            );
         }
-        for (level, kind) in self.groups() {
-            self.table(&mut text, &level, kind);
+        for group in &groups {
+            let best = group.best();
+            let of = |scene: Option<&(String, f64)>| {
+                scene.map_or(String::new(), |(name, ratio)| format!("{name} {ratio:.2}"))
+            };
+            let means: Vec<String> = group.widths.iter().map(|width| format!("{:.2}", width.mean)).collect();
+            let target = group.kind.target().map_or("-".into(), |target| format!("{target:.1}"));
+            let _ = writeln!(
+                text,
+                "| {} | {} | {target} | {} | {} | **{:.2}** | {} | {} | {} |",
+                group.level,
+                group.title(),
+                means.join(" | "),
+                best.name,
+                best.mean,
+                of(best.ratios.first()),
+                of(best.ratios.last()),
+                best.ratios.len()
+            );
+        }
+        for group in &groups {
+            self.table(&mut text, group);
         }
         self.build_table(&mut text);
         if !self.notes.is_empty() {
@@ -188,10 +206,11 @@ impl Report {
         text
     }
 
-    fn table(&self, text: &mut String, level: &str, kind: &str) {
-        let rows = || self.rows.iter().filter(|row| row.level == level && row.kind == kind);
+    fn table(&self, text: &mut String, group: &Group) {
+        let rows = || self.rows.iter().filter(|row| group.has(row));
         let Some(first) = rows().next() else { return };
-        let _ = writeln!(text, "\n## {kind}, {level} (Embree isa={})\n", first.isa);
+        let best = group.best();
+        let _ = writeln!(text, "\n## {}, {} (Embree isa={})\n", group.title(), group.level, first.isa);
         *text += "| scene | rays | Embree's best | cycles (Mrays/s) |";
         for way in &first.mobula {
             let _ = write!(text, " Mobula {} |", way.name);
@@ -199,21 +218,27 @@ impl Report {
         for way in &first.others {
             let _ = write!(text, " {} |", way.name);
         }
-        *text += " ratio min / median / max | ties, band, lost by Embree, by Mobula |\n|---|---|---|---|";
-        *text += &"---|".repeat(first.mobula.len() + first.others.len() + 2);
+        let _ =
+            write!(text, " ratio of {}, min / median / max | ties, band, lost by Embree, by Mobula |\n|", best.name);
+        *text += &"---|".repeat(first.mobula.len() + first.others.len() + 6);
         *text += "\n";
         for row in rows() {
             let Some(embree) = row.embree.first() else { continue };
             let cell = |way: &Way| format!("{:.1} ({:.1})", way.cycles.median, self.mrays(way.cycles.median));
             let _ = write!(text, "| {} | {} | {} | {} |", row.scene, row.rays, embree.name, cell(embree));
-            for way in row.mobula.iter().chain(&row.others) {
+            for way in &row.mobula {
                 let _ = write!(text, " {} |", cell(way));
             }
-            let (r, v) = (row.ratio, &row.verdict);
+            for Way { name, .. } in &first.others {
+                let other = row.others.iter().find(|other| other.name == *name);
+                let _ = write!(text, " {} |", other.map_or("-".into(), cell));
+            }
+            let ratio = row.mobula.iter().find(|way| way.name == best.name).map_or(Spread::default(), |way| way.ratio);
+            let v = &row.verdict;
             let _ = writeln!(
                 text,
                 " {:.2} / **{:.2}** / {:.2} | {}, {}, {}, {} |",
-                r.min, r.median, r.max, v.ties, v.band, v.lost_by_first, v.lost_by_second
+                ratio.min, ratio.median, ratio.max, v.ties, v.band, v.lost_by_first, v.lost_by_second
             );
         }
     }
@@ -263,23 +288,60 @@ impl Report {
         self.frequency / cycles * 1e-6
     }
 
-    /// Levels and kinds in the order in which they came.
-    fn groups(&self) -> Vec<(String, &'static str)> {
-        let mut groups: Vec<(String, &'static str)> = Vec::new();
+    /// Rows that are compared, in the order in which they came, a level after the other.
+    fn groups(&self) -> Vec<Group> {
+        let mut groups: Vec<Group> = Vec::new();
         for row in &self.rows {
-            let group = (row.level.clone(), row.kind);
-            if !groups.contains(&group) {
+            if !groups.iter().any(|group| group.has(row)) {
+                let mut group =
+                    Group { level: row.level.clone(), kind: row.kind, shape: row.shape, widths: Vec::new() };
+                group.widths = row.mobula.iter().map(|way| self.width(&group, &way.name)).collect();
                 groups.push(group);
             }
         }
-        let level = |name: &str| self.rows.iter().position(|row| row.level == name);
-        groups.sort_by_key(|(name, _)| level(name));
+        groups.sort_by_key(|group| {
+            (self.rows.iter().position(|row| row.level == group.level), group.shape != "triangles")
+        });
         groups
     }
 
-    fn ratios(&self, level: &str, kind: &str) -> Vec<(String, f64)> {
-        let rows = self.rows.iter().filter(|row| row.level == level && row.kind == kind);
-        rows.map(|row| (row.scene.clone(), row.ratio.median)).collect()
+    fn width(&self, group: &Group, name: &str) -> Width {
+        let of = |row: &Row| Some((row.scene.clone(), row.mobula.iter().find(|way| way.name == name)?.ratio.median));
+        let mut ratios: Vec<_> = self.rows.iter().filter(|row| group.has(row)).filter_map(of).collect();
+        ratios.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Width { name: name.into(), mean: mean(&ratios), ratios }
+    }
+}
+
+/// Rows that are compared: of one level, one kind of ray, one kind of primitive.
+struct Group {
+    level: String,
+    kind: Kind,
+    shape: &'static str,
+    widths: Vec<Width>,
+}
+
+/// A packet width in all scenes of a group.
+struct Width {
+    name: String,
+    mean: f64,
+    /// The slowest first.
+    ratios: Vec<(String, f64)>,
+}
+
+impl Group {
+    fn has(&self, row: &Row) -> bool {
+        row.level == self.level && row.kind == self.kind && row.shape == self.shape
+    }
+
+    fn title(&self) -> String {
+        let (kind, shape) = (self.kind.name(), self.shape);
+        if shape == "triangles" { kind.into() } else { format!("{kind}, {shape}") }
+    }
+
+    /// The width with the best mean.
+    fn best(&self) -> &Width {
+        self.widths.iter().fold(&self.widths[0], |best, width| if width.mean > best.mean { width } else { best })
     }
 }
 
@@ -294,7 +356,17 @@ widths in turn over the same rays, stored as arrays in tile order: load them int
 distance and the triangle. Cycles are thread time multiplied by the frequency of the time stamp counter. Embree 3.13.5,
 quality medium, flush-to-zero on for it and not for Mobula, which does not ask for it. 1024x1024 pixels, secondary rays from
 every pixel that hits. `shadow-from-light` are the rays of `shadow-point` turned round, so that they share an origin.
-Ties are rays for which both found the same distance at different triangles. The band are rays that pass an edge, end at a
-surface or lie in a triangle's plane within rounding: either answer stands. Lost are those of which a computation in f64
-says that they hit well inside a triangle.
+Ties are rays for which both found the same distance (up to 1e-4 of it) at different primitives. The band are rays that pass an
+edge or a sphere's rim, end at a surface or lie in a triangle's plane within rounding (an edge: 1e-5 of the triangle; otherwise
+4e-6 of the greatest coordinate over the cosine at the hit): either answer stands. Lost are those of which a computation in
+f64 says that they hit well inside a primitive.
+";
+
+const RATIOS: &str = "
+## Ratios
+
+Cycles per ray of Embree's best interface over Mobula's, by packet width: geometric mean over scenes of the medians; above 1 Mobula
+is faster. Embree's interface is the best of each scene and kind of ray. Mobula's width is one for a kind of ray at a level, the
+best of all scenes together, for a renderer chooses it by what its rays are.
+
 ";

@@ -1,4 +1,4 @@
-//! The scenes of the peer bench: triangles, where to look from, where light comes from.
+//! The scenes of the peer bench: triangles or spheres, where to look from, where light comes from.
 //!
 //! The meshes are those of the data folder beside the repository and are skipped, with a reason, where it is not; the
 //! others are made by arithmetic and are the same bits everywhere.
@@ -8,6 +8,8 @@ use std::path::Path;
 use mobula::generate;
 use mobula::load;
 use mobula::scene::{Mesh, Object, SceneDescription};
+
+use crate::rays::{cross, sub};
 
 /// What one table row is about.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +86,7 @@ const HOUSE: View = View {
 };
 
 /// Every row. The atrium and the house's inside are closed, so most of the sun's rays end at the ceiling there.
-pub const VIEWS: [View; 10] = [
+pub const VIEWS: [View; 11] = [
     View {
         name: "bunny",
         source: "bunny.obj.gz",
@@ -152,7 +154,87 @@ pub const VIEWS: [View; 10] = [
     View { name: "terr245k", source: "gen:terr245k", known: None, ..TERRAIN },
     TERRAIN,
     View { name: "terr10m", source: "gen:terr10m", known: known(1_048_568, 4.88381e7, 847_815), ..TERRAIN },
+    // Grains of a hundredth of the cube, as of a simulated container.
+    View {
+        name: "csafe",
+        source: "gen:csafe",
+        eye: [1.7, 1.3, 2.4],
+        at: [0.5, 0.5, 0.5],
+        up: Y,
+        tangent: 0.3,
+        light: [0.5, 3.0, 2.5],
+        sun: [0.3, 0.8, 0.5],
+        reach: 0.05,
+        offset: 1e-5,
+        known: known(819_064, 1.67012e6, 462_723),
+    },
 ];
+
+/// What a scene is made of.
+#[derive(Clone, Debug)]
+pub enum Primitives {
+    /// A mesh.
+    Triangles(Triangles),
+    /// Centre and radius of each.
+    Spheres(Vec<[f32; 4]>),
+}
+
+impl Primitives {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Triangles(triangles) => triangles.indices.len(),
+            Self::Spheres(spheres) => spheres.len(),
+        }
+    }
+
+    /// Is there none?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// What they are called.
+    pub fn shape(&self) -> &'static str {
+        match self {
+            Self::Triangles(_) => "triangles",
+            Self::Spheres(_) => "spheres",
+        }
+    }
+
+    /// A normal of primitive `i` at a point on it, of any length.
+    pub fn normal(&self, i: usize, point: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Triangles(triangles) => {
+                let [a, b, c] = triangles.corners(i);
+                cross(sub(b, a), sub(c, a))
+            }
+            Self::Spheres(spheres) => {
+                let [x, y, z, _] = spheres[i];
+                sub(point, [x, y, z])
+            }
+        }
+    }
+
+    fn of(scene: &SceneDescription) -> Self {
+        fn visit(object: &Object, triangles: &mut Triangles, balls: &mut Vec<[f32; 4]>) {
+            match object {
+                Object::Mesh(mesh) => triangles.add(mesh),
+                Object::Group(objects) => objects.iter().for_each(|object| visit(object, triangles, balls)),
+                Object::Spheres(spheres) => balls.extend(spheres.centers.iter().enumerate().map(|(i, &[x, y, z])| {
+                    let radius = spheres.radii.get(i).or(spheres.radii.first()).copied();
+                    [x, y, z, radius.unwrap_or_default()]
+                })),
+            }
+        }
+        let (mut triangles, mut spheres) = (Triangles::default(), Vec::new());
+        scene.objects.iter().for_each(|object| visit(object, &mut triangles, &mut spheres));
+        if triangles.indices.is_empty() {
+            return Self::Spheres(spheres);
+        }
+        triangles.positions.push([0.0; 3]);
+        Self::Triangles(triangles)
+    }
+}
 
 /// Indexed triangles, without anything that a bench does not need.
 #[derive(Clone, Debug, Default)]
@@ -175,35 +257,21 @@ impl Triangles {
         self.positions.extend(&mesh.positions);
         self.indices.extend(mesh.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
     }
-
-    fn of(scene: &SceneDescription) -> Self {
-        fn visit(object: &Object, triangles: &mut Triangles) {
-            match object {
-                Object::Mesh(mesh) => triangles.add(mesh),
-                Object::Group(objects) => objects.iter().for_each(|object| visit(object, triangles)),
-                Object::Spheres(_) => {}
-            }
-        }
-        let mut triangles = Self::default();
-        scene.objects.iter().for_each(|object| visit(object, &mut triangles));
-        triangles.positions.push([0.0; 3]);
-        triangles
-    }
 }
 
-/// The triangles of a view.
+/// What a view shows: spheres, or the triangles.
 ///
 /// # Errors
-/// Why they are not there.
-pub fn triangles(view: &View, data: &Path) -> Result<Triangles, String> {
+/// Why it is not there.
+pub fn primitives(view: &View, data: &Path) -> Result<Primitives, String> {
     if view.source.starts_with(generate::PREFIX) {
         let scene = generate::generate(view.source).ok_or_else(|| format!("no generator {}", view.source))?;
-        return Ok(Triangles::of(&scene));
+        return Ok(Primitives::of(&scene));
     }
     let file = data.join(view.source);
     if !file.exists() {
         return Err(format!("there is no {} in the data folder (say where with --data)", view.source));
     }
     let loaded = load::load(&file).map_err(|error| error.to_string())?;
-    Ok(Triangles::of(&loaded.scene))
+    Ok(Primitives::of(&loaded.scene))
 }

@@ -1,27 +1,27 @@
 //! Secondary rays: from what the primary rays hit, a little above the surface on the viewer's side, in the same order.
 
 use crate::rays::{Found, Kind, NOTHING, RaySet, cross, dot, normalize, sub};
-use crate::scenes::{Triangles, View};
+use crate::scenes::{Primitives, View};
 
 /// The rays of a kind for every primary ray that hit something; the primary rays themselves for [`Kind::Primary`].
-pub fn rays(kind: Kind, view: &View, triangles: &Triangles, primary: &RaySet, hits: &Found) -> RaySet {
+pub fn rays(kind: Kind, view: &View, primitives: &Primitives, primary: &RaySet, hits: &Found) -> RaySet {
     if kind == Kind::Primary {
         return primary.clone();
     }
     let mut rays = RaySet { common_origin: kind == Kind::ShadowFromLight, ..RaySet::default() };
     let sun = normalize(view.sun);
     for i in 0..primary.len() {
-        let triangle = hits.primitive[i];
-        if triangle == NOTHING {
+        let primitive = hits.primitive[i];
+        if primitive == NOTHING {
             continue;
         }
         let (origin, direction) = primary.ray(i);
-        let [a, b, c] = triangles.corners(triangle as usize);
-        let mut normal = normalize(cross(sub(b, a), sub(c, a)));
+        let point = [0, 1, 2].map(|k| origin[k] + hits.t[i] * direction[k]);
+        let mut normal = normalize(primitives.normal(primitive as usize, point));
         if dot(normal, direction) > 0.0 {
             normal = normal.map(|x| -x);
         }
-        let start = [0, 1, 2].map(|k| origin[k] + hits.t[i] * direction[k] + view.offset * normal[k]);
+        let start = [0, 1, 2].map(|k| point[k] + view.offset * normal[k]);
         match kind {
             Kind::Primary => {}
             Kind::ShadowPoint => {

@@ -249,15 +249,25 @@ impl Chart {
     fn draw(&self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
         let root = SVGBackend::new(path, (800, 500)).into_drawing_area();
         root.fill(&WHITE)?;
-        let greatest = self.lines.values().flatten().fold(0.0f64, |g, &(_, y)| g.max(y));
+        let values = || self.lines.values().flatten().map(|&(_, y)| y);
+        let (least, greatest) = (values().fold(f64::MAX, f64::min), values().fold(f64::MIN_POSITIVE, f64::max));
         let mut chart = ChartBuilder::on(&root)
             .caption(&self.title, ("sans-serif", 20))
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(50)
-            .build_cartesian_2d((1f64..256.0).log_scale().base(2.0), 0.0..greatest * 1.05)?;
-        let label = |x: &f64| format!("{x:.0}");
-        chart.configure_mesh().x_desc("packet width").x_labels(WIDTHS.len()).x_label_formatter(&label).draw()?;
+            .build_cartesian_2d(
+                (1f64..256.0).log_scale().base(2.0),
+                (least.min(greatest) / 1.2..greatest * 1.2).log_scale().base(2.0),
+            )?;
+        chart
+            .configure_mesh()
+            .x_desc("packet width")
+            .x_labels(WIDTHS.len())
+            .x_label_formatter(&|x| format!("{x:.0}"))
+            .y_label_formatter(&|y| format!("{y}"))
+            .max_light_lines(0)
+            .draw()?;
         for (place, (name, points)) in self.lines.iter().enumerate() {
             let color = Palette99::pick(place).to_rgba();
             let points = points.iter().map(|&(width, y)| (width as f64, y));
@@ -266,7 +276,10 @@ impl Chart {
                 .label(name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
         }
-        chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()?;
+        // Where the curves are not: cycles fall with the width, speed-ups rise.
+        let falls = self.lines.values().any(|points| points.first().map(|p| p.1) > points.last().map(|p| 1.5 * p.1));
+        let place = if falls { SeriesLabelPosition::UpperRight } else { SeriesLabelPosition::UpperLeft };
+        chart.configure_series_labels().position(place).background_style(WHITE.mix(0.8)).border_style(BLACK).draw()?;
         root.present()?;
         Ok(())
     }

@@ -15,8 +15,10 @@ use crate::oracle;
 
 use super::slab::Slab;
 
-/// Eight boxes: low x, y, z, high x, y, z.
-pub type Planes = [[f32; 8]; 6];
+/// Eight boxes: low x, y, z, high x, y, z. A cache line begins with them, as with a node: loads across two of them cost twice.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Planes([[f32; 8]; 6]);
 
 /// Which plane is nearer is found box by box.
 pub const GENERAL: u8 = 0;
@@ -42,10 +44,10 @@ fn draw(dice: &mut Dice<'_>) -> Planes {
             (planes[axis][slot], planes[axis + 3][slot]) = (low[axis], high[axis]);
         }
     }
-    planes
+    Planes(planes)
 }
 
-fn corners(planes: &Planes, slot: usize) -> [[f32; 3]; 2] {
+fn corners(Planes(planes): &Planes, slot: usize) -> [[f32; 3]; 2] {
     [[0, 1, 2].map(|k| planes[k][slot]), [3, 4, 5].map(|k| planes[k][slot])]
 }
 
@@ -208,7 +210,7 @@ fn token_lanes<T: Token>(_: T) -> usize {
 }
 
 #[inline(always)]
-fn pick<T: Token>(token: T, planes: &Planes, rows: [usize; 3], at: usize) -> [T::F32; 3] {
+fn pick<T: Token>(token: T, Planes(planes): &Planes, rows: [usize; 3], at: usize) -> [T::F32; 3] {
     let rows = [&planes[rows[0] % 6], &planes[rows[1] % 6], &planes[rows[2] % 6]];
     [token.load(rows[0], at), token.load(rows[1], at), token.load(rows[2], at)]
 }

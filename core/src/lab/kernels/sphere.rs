@@ -1,9 +1,9 @@
 //! Ray/sphere: see [`crate::kernel::sphere`].
 
-use mobula_simd::Token;
+use mobula_simd::{MaskLanes, Token};
 
 use super::triangle::{difference, dot};
-use crate::kernel::sphere::sphere;
+use crate::kernel::sphere::{dismisses, outline, sphere};
 use crate::kernel::{load3, splat3, sub};
 use crate::lab::Dice;
 use crate::lab::find::{RayTest, in_reach, ray_in_reach};
@@ -20,7 +20,8 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     type General = Sphere<false, false>;
     /// The common origin.
     type Common = [f32; 3];
-    type Prepared<T: Token> = ([T::F32; 3], T::F32);
+    /// The centre, or the vector from there to the common origin; the squared radius; the outline from a common origin.
+    type Prepared<T: Token> = ([T::F32; 3], T::F32, T::F32);
     const PROMISES: Properties = match (COMMON_ORIGIN, UNIT) {
         (true, true) => Properties::COMMON_ORIGIN.union(Properties::NORMALIZED_DIRECTIONS),
         (true, false) => Properties::COMMON_ORIGIN,
@@ -54,27 +55,45 @@ impl<const COMMON_ORIGIN: bool, const UNIT: bool> RayTest for Sphere<COMMON_ORIG
     }
 
     #[inline(always)]
-    fn prepare<T: Token>(token: T, &[x, y, z, radius]: &[f32; 4], origin: [f32; 3]) -> ([T::F32; 3], T::F32) {
-        let mut center = [x, y, z];
-        if COMMON_ORIGIN {
-            for (x, origin) in center.iter_mut().zip(origin) {
-                *x = origin - *x;
-            }
+    fn prepare<T: Token>(token: T, &[x, y, z, radius]: &[f32; 4], origin: [f32; 3]) -> Self::Prepared<T> {
+        let (center, radius) = (splat3(token, [x, y, z]), token.splat(radius));
+        let center = if COMMON_ORIGIN { sub(splat3(token, origin), center) } else { center };
+        let radius2 = radius * radius;
+        (center, radius2, if COMMON_ORIGIN { outline(token, center, radius2) } else { radius2 })
+    }
+
+    const DISMISSES: bool = COMMON_ORIGIN;
+
+    #[inline(always)]
+    fn may_hit<T: Token, const N: usize>(
+        token: T,
+        &(center, _, outline): &Self::Prepared<T>,
+        _i: usize,
+        _origin: [f32; 3],
+        rays: &Rays<N>,
+        from: usize,
+    ) -> u64 {
+        let mut word = 0u64;
+        let mut at = N.min(from + 64).next_multiple_of(T::LANES);
+        while at > from {
+            at -= T::LANES;
+            let direction = load3(token, rays.directions(), at);
+            word = word << T::LANES | u64::from(dismisses::<T, UNIT>(outline, center, direction).bits());
         }
-        (splat3(token, center), token.splat(radius * radius))
+        !word & (u64::MAX >> (64 - N.min(64)))
     }
 
     #[inline(always)]
     fn test<T: Token, const N: usize>(
         token: T,
-        &(center, radius2): &([T::F32; 3], T::F32),
+        &(center, radius2, _): &Self::Prepared<T>,
         _i: usize,
         _origin: [f32; 3],
         rays: &Rays<N>,
         at: usize,
     ) -> (T::Mask, T::F32) {
-        let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let direction = load3(token, rays.directions(), at);
+        let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let center = if COMMON_ORIGIN { center } else { sub(load3(token, rays.origins(), at), center) };
         sphere::<T, UNIT>(token, token.mask(u32::MAX), center, radius2, direction, t_min, t_max)
     }

@@ -1,0 +1,126 @@
+//! Building and refitting with one and two threads.
+
+use mobula_benches::clock;
+use mobula_benches::embree::{Device, Quality, Scene};
+use mobula_benches::packets::Threads;
+use mobula_benches::report::Build;
+use mobula_benches::scenes::Primitives;
+use mobula_core::bvh::{self, Bvh, TriangleBlock};
+use mobula_core::simd::Level;
+
+use crate::isa;
+
+/// Measures Mobula and Embree on triangles, turn by turn.
+pub(crate) fn builds(
+    scene: &'static str,
+    primitives: &Primitives,
+    level: Level,
+    repeat: usize,
+) -> Result<Vec<Build>, String> {
+    let Primitives::Triangles(triangles) = primitives else { return Ok(Vec::new()) };
+    let count = triangles.indices.len();
+    let turns = if count > 5_000_000 { 1 } else { repeat.clamp(1, 5) };
+    let mut table = Builders { scene, triangles: count, rows: Vec::new() };
+    let corners = |i: usize| triangles.corners(i);
+    for _ in 0..turns {
+        for threads in [1, 2] {
+            table.least("compute loop", threads, || spin(threads));
+            let join = Threads::new(threads);
+            for (name, quality) in [("Mobula fast", bvh::Quality::Fast), ("Mobula", bvh::Quality::Good)] {
+                let mut tree = None;
+                let build = || tree = Some(Bvh::<TriangleBlock>::build(count, 0, quality, &join, corners));
+                table.least(name, threads, build);
+                let mut tree = tree.ok_or("no tree")?;
+                table.bytes(name, tree.bytes());
+                if quality == bvh::Quality::Good {
+                    let bounds = tree.bounds();
+                    table.least("Mobula refit", threads, || tree.refit(&join, corners));
+                    table.bytes("Mobula refit", tree.bytes());
+                    if tree.bounds().low[..3] != bounds.low[..3] || tree.bounds().high[..3] != bounds.high[..3] {
+                        return Err(format!("{scene}: a refit changes bounds"));
+                    }
+                }
+            }
+            // One device at a time: they share their threads, and the later one decides how many.
+            let device = Device::new(isa(level), threads)?;
+            for quality in [Quality::Low, Quality::Medium, Quality::High, Quality::Refit] {
+                if quality == Quality::High && count > 2_000_000 {
+                    continue;
+                }
+                let name = format!("Embree {}", quality.name());
+                let mut scene = None;
+                let mut build = || scene = Some(Scene::new(&device, primitives, quality));
+                if quality == Quality::Refit {
+                    build();
+                    let mut scene = scene.ok_or("no scene")??;
+                    scene.refit();
+                    table.least(&name, threads, || scene.refit());
+                    table.bytes(&name, scene.bytes());
+                } else {
+                    table.least(&name, threads, build);
+                    table.bytes(&name, scene.ok_or("no scene")??.bytes());
+                }
+            }
+        }
+    }
+    for row in &table.rows {
+        eprintln!("{scene:<11} build {:<14} {:.4} s, two threads {:.4} s", row.builder, row.one_wall, row.two_wall);
+    }
+    Ok(table.rows)
+}
+
+/// Rows of the table of builds: the least of all turns.
+struct Builders {
+    scene: &'static str,
+    triangles: usize,
+    rows: Vec<Build>,
+}
+
+impl Builders {
+    fn row(&mut self, builder: &str) -> &mut Build {
+        let at = self.rows.iter().position(|row| row.builder == builder).unwrap_or_else(|| {
+            self.rows.push(Build {
+                scene: self.scene.into(),
+                triangles: self.triangles,
+                builder: builder.into(),
+                one: f64::INFINITY,
+                one_wall: f64::INFINITY,
+                two_wall: f64::INFINITY,
+                bytes: 0,
+            });
+            self.rows.len() - 1
+        });
+        &mut self.rows[at]
+    }
+
+    fn least(&mut self, builder: &str, threads: usize, work: impl FnOnce()) {
+        let ((), time) = clock::time(work);
+        let row = self.row(builder);
+        if threads == 1 {
+            row.one = row.one.min(time.process);
+            row.one_wall = row.one_wall.min(time.wall);
+        } else {
+            row.two_wall = row.two_wall.min(time.wall);
+        }
+    }
+
+    fn bytes(&mut self, builder: &str, bytes: usize) {
+        self.row(builder).bytes = bytes;
+    }
+}
+
+/// The same work for one thread or two: what the machine itself gains from the second.
+fn spin(threads: usize) {
+    let run = |share: u64| {
+        let mut x = [1.0f64, 2.0, 3.0, 4.0];
+        for i in 0..share {
+            x.iter_mut().for_each(|x| *x = *x * 0.999 + i as f64 * 1e-9);
+        }
+        std::hint::black_box(x);
+    };
+    let share = 8_000_000 / threads as u64;
+    std::thread::scope(|scope| {
+        (1..threads).for_each(|_| drop(scope.spawn(move || run(share))));
+        run(share);
+    });
+}
