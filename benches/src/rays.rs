@@ -90,6 +90,26 @@ impl RaySet {
         self.t_max.is_empty()
     }
 
+    /// The same rays in sets of `count`.
+    pub fn parts(&self, count: usize) -> Vec<RaySet> {
+        let part = |array: &Vec<f32>, start: usize| array[start..(start + count).min(array.len())].to_vec();
+        (0..self.len())
+            .step_by(count)
+            .map(|start| RaySet {
+                origin: [0, 1, 2].map(|axis| part(&self.origin[axis], start)),
+                direction: [0, 1, 2].map(|axis| part(&self.direction[axis], start)),
+                t_max: part(&self.t_max, start),
+                common_origin: self.common_origin,
+            })
+            .collect()
+    }
+
+    /// Reads all of it, so that it is in the cache.
+    pub fn touch(&self) {
+        let arrays = self.origin.iter().chain(&self.direction).chain([&self.t_max]);
+        std::hint::black_box(arrays.map(|array| array.iter().sum::<f32>()).sum::<f32>());
+    }
+
     /// Adds a ray.
     pub fn push(&mut self, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
         for axis in 0..3 {

@@ -353,7 +353,7 @@ fn mean(ratios: &[(String, f64)]) -> f64 {
 const EXPLANATION: &str = "\
 One process, one thread; every repeat runs Embree's best interfaces (chosen by one trial of each) and Mobula's packet
 widths in turn over the same rays, stored as arrays in tile order: load them into the library's structure, query, store the
-distance and the triangle. Cycles are thread time multiplied by the frequency of the time stamp counter. Embree 3.13.5,
+distance and the triangle. Rays are in the cache, as if they had just been made: 4096 at a time are read before the clock is. Cycles are thread time multiplied by the frequency of the time stamp counter. Embree 3.13.5,
 quality medium, flush-to-zero on for it and not for Mobula, which does not ask for it. 1024x1024 pixels, secondary rays from
 every pixel that hits. `shadow-from-light` are the rays of `shadow-point` turned round, so that they share an origin.
 Ties are rays for which both found the same distance (up to 1e-4 of it) at different primitives. The band are rays that pass an

@@ -236,7 +236,8 @@ impl<const N: usize> Rays<N> {
 
     /// Shear factors `d[x] / d[z]`, `d[y] / d[z]` and `1 / d[z]` along each ray's dominant axis z, and that axis (Woop, Benthin and
     /// Wald, "Watertight Ray/Triangle Intersection", JCGT 2013), computed when first asked for. On equal sizes the
-    /// lower axis is dominant. A direction shorter than 2^-102 counts as zero: its shears are NaN, and it hits nothing.
+    /// lower axis is dominant. A direction shorter than 2^-102 counts as zero: its shears are NaN, and it hits nothing; so is
+    /// one that is infinite.
     #[inline(always)]
     pub fn shears<T: Token>(&mut self, token: T) -> (&Columns3<N>, &Column<u32, N>) {
         if !self.properties.contains(Properties::HAVE_SHEARS) {
@@ -251,8 +252,9 @@ impl<const N: usize> Rays<N> {
                 let [x, y, z] = last_axis::<T>(d, on_y, on_z);
                 // So short that its lesser axes may count as longer than they are: as if zero, so that no test finds what no box
                 // lets through.
-                let long = z.abs().ge(token.splat(SHORTEST));
-                let scale = (token.splat(1.0) / z).select(long, token.splat(f32::NAN));
+                // An infinite one would be everywhere at once.
+                let sound = z.abs().ge(token.splat(SHORTEST)) & z.abs().lt(token.splat(f32::INFINITY));
+                let scale = (token.splat(1.0) / z).select(sound, token.splat(f32::NAN));
                 (x * scale).store_masked(&mut self.shear[0][..], at, active);
                 (y * scale).store_masked(&mut self.shear[1][..], at, active);
                 scale.store_masked(&mut self.shear[2][..], at, active);
@@ -305,6 +307,10 @@ impl<const N: usize> Rays<N> {
     /// The lanes of the vector at `at` that belong to active rays.
     #[inline(always)]
     pub fn active<T: Token>(&self, token: T, at: usize) -> T::Mask {
+        // Most packets are full.
+        if self.begin <= at && at + T::LANES <= self.end {
+            return token.mask(u32::MAX);
+        }
         let (end, begin) = (self.end.saturating_sub(at), self.begin.saturating_sub(at));
         token.first(end).and_not(token.first(begin))
     }

@@ -109,14 +109,20 @@ fn bounds_of_zeros_of_both_signs_are_the_same_bits_at_every_level() {
     }
 }
 
+fn corner(i: usize, k: usize) -> [f32; 3] {
+    [(i % 7) as f32 * 0.3 - 1.0 + 0.2 * k as f32, (i / 7) as f32 * 0.3 - 1.0, k as f32]
+}
+
+/// Triangles that lie over each other between 0 and 2.
+fn slanted() -> Bvh<TriangleBlock> {
+    Bvh::triangles(49, 0, &Serial, |i| [corner(i, 0), corner(i + 1, 2), corner(i + 7, 1)])
+}
+
 /// Boxes are tested with reciprocals that stay finite, so a short direction missed boxes whose triangles it hit. Found by
 /// the fuzzer. Spheres need the square of the length.
 #[test]
 fn directions_too_short_or_long_for_their_reciprocals_and_squares_find_through_the_tree_what_they_find_without() {
-    let corner =
-        |i: usize, k: usize| [(i % 7) as f32 * 0.3 - 1.0 + 0.2 * k as f32, (i / 7) as f32 * 0.3 - 1.0, k as f32];
-    let bvh = Bvh::<TriangleBlock>::triangles(49, 0, &Serial, |i| [corner(i, 0), corner(i + 1, 2), corner(i + 7, 1)]);
-    tree_finds_what_all_find(&bvh);
+    tree_finds_what_all_find(&slanted());
     let sphere = |i: usize| [corner(i, 0)[0], corner(i, 0)[1], corner(i, 3)[2], 0.2];
     tree_finds_what_all_find(&Bvh::<SphereBlock>::spheres(49, 0, &Serial, sphere));
 }
@@ -134,6 +140,85 @@ fn tree_finds_what_all_find<B: Block>(bvh: &Bvh<B>) {
             bvh.intersect(token, &mut packet);
             bvh.intersect_all(token, &mut all);
             assert_eq!(packet.hits.primitive.0, all.hits.primitive.0, "{length:e} {token:?}");
+        }
+    }
+}
+
+/// Sends 24 rays from below the [`slanted`] triangles, together, without the tree, and each alone, and panics unless they find
+/// the same. `forward` is how fast they go upwards. Says how many hit.
+fn together_rays_find_what_they_find_alone(forward: f32, interval: impl Fn(usize) -> [f32; 2]) -> usize {
+    let bvh = slanted();
+    let mut hits = 0;
+    for (token, properties) in
+        AnyToken::available().flat_map(|token| [Properties::empty(), Properties::COMMON_ORIGIN].map(|p| (token, p)))
+    {
+        let mut packet = RayPacket::<24>::default();
+        packet.reset(0..24);
+        for i in 0..24 {
+            let [x, y] = [i % 5, i / 5].map(|at| (at as f32 * 0.2 - 0.4) * forward.signum());
+            let direction = [x, y, forward];
+            packet.set_ray(i, [0.01, 0.02, -0.5].into(), direction.into());
+            packet.set_interval(i, interval(i)[0], interval(i)[1]);
+        }
+        packet.promise(properties);
+        let (mut tree, mut all) = (packet.clone(), packet.clone());
+        bvh.intersect(token, &mut tree);
+        bvh.intersect_all(token, &mut all);
+        for i in 0..24 {
+            let mut alone = packet.clone();
+            for other in (0..24).filter(|&other| other != i) {
+                alone.set_interval(other, 0.0, f32::NEG_INFINITY);
+            }
+            bvh.intersect_all(token, &mut alone);
+            let found = |of: &RayPacket<24>| (of.hits.primitive[i], of.t_max[i].to_bits());
+            assert_eq!(found(&tree), found(&alone), "{token:?} {properties:?} ray {i}, through the tree");
+            assert_eq!(found(&all), found(&alone), "{token:?} {properties:?} ray {i}, without it");
+            hits += usize::from(alone.was_hit(i));
+        }
+    }
+    hits
+}
+
+/// Its `t_max` made how far the group reaches NaN at the first hit, and the group found nothing more. Found by the fuzzer.
+#[test]
+fn a_ray_whose_interval_is_not_a_number_takes_nothing_from_its_neighbours() {
+    let hits =
+        together_rays_find_what_they_find_alone(1.0, |i| [0.0, if i % 8 == 7 { f32::NAN } else { f32::INFINITY }]);
+    assert!(hits > 0);
+}
+
+/// What lies around rays that go loosely was taken from where they end and their origin.
+#[test]
+fn rays_that_start_behind_their_origin_hit_what_is_there() {
+    assert!(together_rays_find_what_they_find_alone(-1.0, |_| [-9.0, 0.0]) > 0);
+    assert!(together_rays_find_what_they_find_alone(-1.0, |_| [f32::NEG_INFINITY, -0.1]) > 0);
+}
+
+/// Its reciprocal is 0, and so was the distance of all that lies along its axis.
+#[test]
+fn an_infinite_direction_hits_nothing() {
+    assert_eq!(together_rays_find_what_they_find_alone(f32::INFINITY, |_| [-1.0, 0.0]), 0);
+}
+
+/// Origin times reciprocal was infinite, and so all planes were, to rays that go loosely or alone.
+#[test]
+fn short_directions_with_a_zero_in_a_scene_of_some_size_find_through_the_tree_what_they_find_without() {
+    let wide = |i, k| corner(i, k).map(|x| x * 10.0);
+    let bvh = Bvh::<TriangleBlock>::triangles(49, 0, &Serial, |i| [wide(i, 0), wide(i + 1, 2), wide(i + 7, 1)]);
+    for token in AnyToken::available() {
+        for (length, rays) in [1e-20, 1e-27, 1e-30].into_iter().flat_map(|length| [(length, 24), (length, 2)]) {
+            let mut packet = RayPacket::<24>::default();
+            packet.reset(0..rays);
+            for i in 0..rays {
+                let x = (i % 5) as f32 * 0.2 - 0.4;
+                packet.set_ray(i, [0.01 * i as f32, 5.02, -5.0].into(), [x * length, 0.0, length].into());
+                packet.set_interval(i, -1.0, f32::INFINITY);
+            }
+            let mut all = packet.clone();
+            bvh.intersect(token, &mut packet);
+            bvh.intersect_all(token, &mut all);
+            assert_eq!(packet.hits.primitive.0, all.hits.primitive.0, "{length:e} {token:?}");
+            assert!(all.was_hit(0));
         }
     }
 }

@@ -136,23 +136,6 @@ impl Token for Avx2 {
         }
     }
     #[inline(always)]
-    fn tile<const M: usize>(self, src: &[f32; M], at: usize) -> Avx2F32 {
-        match src.first_chunk::<4>() {
-            // SAFETY: AVX by the token; four floats may be read from an array of four.
-            Some(four) if M == 4 => Avx2F32(unsafe { _mm256_broadcast_ps(&_mm_loadu_ps(four.as_ptr())) }),
-            _ => self.load(src, at % M),
-        }
-    }
-    #[inline(always)]
-    fn repeat(self, src: &[f32], times: usize, at: usize) -> Avx2F32 {
-        let low = src.get(at / times).copied().unwrap_or(0.0);
-        if times >= 8 {
-            return self.splat(low);
-        }
-        let high = src.get(at / times + 1).copied().unwrap_or(0.0);
-        Avx2F32(avx2!(_mm256_set_m128(_mm_set1_ps(high), _mm_set1_ps(low))))
-    }
-    #[inline(always)]
     fn load_u32(self, src: &[u32], at: usize) -> Avx2I32 {
         match window::<u32, 8>(src, at) {
             // SAFETY: AVX by the token; eight integers may be read from an array of eight.

@@ -127,29 +127,6 @@ impl Token for Avx512 {
         }
     }
     #[inline(always)]
-    fn tile<const M: usize>(self, src: &[f32; M], at: usize) -> Avx512F32 {
-        match (src.first_chunk::<4>(), src.first_chunk::<8>()) {
-            // SAFETY: AVX-512 by the token; four floats may be read from an array of four.
-            (Some(four), _) if M == 4 => Avx512F32(unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(four.as_ptr())) }),
-            // SAFETY: AVX-512 by the token; eight floats may be read from an array of eight.
-            (_, Some(eight)) if M == 8 => Avx512F32(unsafe { _mm512_broadcast_f32x8(_mm256_loadu_ps(eight.as_ptr())) }),
-            _ => self.load(src, at % M),
-        }
-    }
-    #[inline(always)]
-    fn repeat(self, src: &[f32], times: usize, at: usize) -> Avx512F32 {
-        if times >= 16 {
-            return self.splat(src.get(at / times).copied().unwrap_or(0.0));
-        }
-        let values = match window::<f32, 4>(src, at / times) {
-            // SAFETY: AVX-512 by the token; four floats may be read from an array of four.
-            Some(four) => avx512!(_mm512_castps128_ps512(_mm_loadu_ps(four.as_ptr()))),
-            None => self.load(src, at / times).0,
-        };
-        let index = avx512!(_mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0));
-        Avx512F32(avx512!(_mm512_permutexvar_ps(index, values)))
-    }
-    #[inline(always)]
     fn load_u32(self, src: &[u32], at: usize) -> Avx512I32 {
         match window::<u32, 16>(src, at) {
             // SAFETY: AVX-512 by the token; sixteen integers may be read from an array of sixteen.

@@ -46,14 +46,6 @@ pub trait Token: Copy + Debug + Send + Sync + 'static {
     fn iota(self) -> Self::I32;
     /// Lanes `src[at..at + LANES]`; lanes beyond the end are zero.
     fn load(self, src: &[f32], at: usize) -> Self::F32;
-    /// Lanes `src[(at + i) % M]`: a row of `M` (4, 8 or 16) values, again and again. `at` is a multiple of LANES or of `M`.
-    #[inline(always)]
-    fn tile<const M: usize>(self, src: &[f32; M], at: usize) -> Self::F32 {
-        const { assert!(Self::LANES <= M, "a level with more lanes than the row has values repeats it in its own way") };
-        self.load(src, at % M)
-    }
-    /// Lanes `src[(at + i) / times]`: each value so often (4 or 16). `at` is a multiple of LANES. A value beyond the end is zero.
-    fn repeat(self, src: &[f32], times: usize, at: usize) -> Self::F32;
     /// As [`load`](Self::load), of the lanes set in `mask`; the others are zero.
     fn load_masked(self, src: &[f32], at: usize, mask: Self::Mask) -> Self::F32;
     /// Lanes `src[at..at + LANES]`; lanes beyond the end are zero.

@@ -289,10 +289,6 @@ macro_rules! one_lane_token {
             self.splat(if mask.0 && at < src.len() { src[at] } else { 0.0 })
         }
         #[inline(always)]
-        fn repeat(self, src: &[f32], times: usize, at: usize) -> Self::F32 {
-            self.load(src, at / times)
-        }
-        #[inline(always)]
         fn load_u32(self, src: &[u32], at: usize) -> Self::I32 {
             self.splat_i32(if at < src.len() { src[at] as i32 } else { 0 })
         }

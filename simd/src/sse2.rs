@@ -92,10 +92,6 @@ impl Token for Sse2 {
         Sse2F32(self.load(src, at).0 & mask.as_f32())
     }
     #[inline(always)]
-    fn repeat(self, src: &[f32], times: usize, at: usize) -> Sse2F32 {
-        self.splat(src.get(at / times).copied().unwrap_or(0.0))
-    }
-    #[inline(always)]
     fn load_u32(self, src: &[u32], at: usize) -> Sse2I32 {
         match window::<u32, 4>(src, at) {
             Some(four) => Sse2I32(cast(*four)),

@@ -65,48 +65,6 @@ fn load(token: AnyToken) {
     token.twin().run(Loads);
 }
 
-struct Rows;
-
-impl Task for Rows {
-    type Output = ();
-    #[inline(always)]
-    fn run<T: Token>(self, token: T) {
-        tiles::<T, 4>(token);
-        tiles::<T, 8>(token);
-        tiles::<T, 16>(token);
-        for length in 0..MOST {
-            let floats: Box<[f32]> = (0..length).map(|i| f32::from_bits(element(i))).collect();
-            for times in [4, 16] {
-                for at in (0..times * (length + 2)).step_by(T::LANES) {
-                    let mut out = [0; 16];
-                    token.repeat(&floats, times, at).to_bits().store(&mut out, 0);
-                    for (lane, &got) in out[..T::LANES].iter().enumerate() {
-                        let want = floats.get((at + lane) / times).map_or(0, |x| x.to_bits());
-                        assert_eq!(got, want, "lane {lane} at {at} of {length}, {times} times");
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn tiles<T: Token, const M: usize>(token: T) {
-    let row: [f32; M] = std::array::from_fn(|i| f32::from_bits(element(i)));
-    for at in (0..4 * M).step_by(T::LANES) {
-        let mut out = [0; 16];
-        token.tile(&row, at).to_bits().store(&mut out, 0);
-        for (lane, &got) in out[..T::LANES].iter().enumerate() {
-            assert_eq!(got, element((at + lane) % M), "lane {lane} at {at} of {M}");
-        }
-    }
-}
-
-/// Rows that come again and again ([`Token::tile`]) and values that do ([`Token::repeat`]).
-fn rows(token: AnyToken) {
-    token.run(Rows);
-    token.twin().run(Rows);
-}
-
 struct MaskedLoads;
 
 impl Task for MaskedLoads {
@@ -239,4 +197,4 @@ fn gather(token: AnyToken) {
     token.twin().run(Gathers);
 }
 
-at_every_level!(load, load_masked, rows, store, store_masked, i32_store, i32_store_masked, gather);
+at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather);

@@ -1,6 +1,6 @@
 //! One row: a scene, a kind of ray, a level; everybody traces the same rays, turn by turn.
 
-use mobula_benches::clock::{self, Elapsed};
+use mobula_benches::clock;
 use mobula_benches::embree::{Device, Entry, Interface, Scene};
 use mobula_benches::others::Other;
 use mobula_benches::packets;
@@ -13,6 +13,9 @@ use mobula_core::simd::AnyToken;
 
 /// What results are compared with.
 pub(crate) const ONE: Interface = Interface { entry: Entry::One, coherent: false };
+/// Rays that are traced between two readings of the clock: few enough to be in the cache, as if a camera or a shader had just
+/// made them.
+const PART: usize = 4096;
 /// Mobula's packet widths.
 const WIDTHS: [usize; 3] = [16, 64, 256];
 
@@ -39,23 +42,31 @@ impl<B: Block> Peers<'_, B> {
         }
     }
 
-    fn by_mobula(&self, width: usize, found: &mut Found) {
+    fn by_mobula(&self, width: usize, rays: &RaySet, found: &mut Found) {
         let trace = match width {
             16 => packets::trace::<16, B>,
             64 => packets::trace::<64, B>,
             _ => packets::trace::<256, B>,
         };
-        trace(self.bvh, self.token, self.kind, &self.rays, found);
+        trace(self.bvh, self.token, self.kind, rays, found);
     }
 
     /// Measures, and compares what was found.
     pub(crate) fn row(&self, repeat: usize, frequency: f64) -> Row {
         let count = self.rays.len();
-        let cycles = |time: Elapsed| time.thread * frequency / count.max(1) as f64;
-        let mut found = Found::new(count);
+        let parts = self.rays.parts(PART);
+        let mut found = Found::new(PART);
+        let mut cycles = |work: &dyn Fn(&RaySet, &mut Found)| {
+            let mut seconds = 0.0;
+            for part in &parts {
+                part.touch();
+                seconds += clock::time(|| work(part, &mut found)).1.thread;
+            }
+            seconds * frequency / count.max(1) as f64
+        };
         let mut tried: Vec<(Interface, f64)> = Interface::all()
             .filter(|&interface| self.device.is_native(interface))
-            .map(|interface| (interface, cycles(clock::time(|| self.by_embree(interface, &self.rays, &mut found)).1)))
+            .map(|interface| (interface, cycles(&|rays, found| self.by_embree(interface, rays, found))))
             .collect();
         tried.sort_by(|a, b| a.1.total_cmp(&b.1));
         // Those that one trial cannot tell from the best.
@@ -67,14 +78,14 @@ impl<B: Block> Peers<'_, B> {
         for _ in 0..repeat {
             for at in 0..candidates.len().max(WIDTHS.len()) {
                 if let (Some(times), Some(&width)) = (by_mobula.get_mut(at), WIDTHS.get(at)) {
-                    times.push(cycles(clock::time(|| self.by_mobula(width, &mut found)).1));
+                    times.push(cycles(&|rays, found| self.by_mobula(width, rays, found)));
                 }
                 if let (Some(times), Some(&interface)) = (by_embree.get_mut(at), candidates.get(at)) {
-                    times.push(cycles(clock::time(|| self.by_embree(interface, &self.rays, &mut found)).1));
+                    times.push(cycles(&|rays, found| self.by_embree(interface, rays, found)));
                 }
             }
             for (times, other) in by_others.iter_mut().zip(self.others) {
-                times.push(cycles(clock::time(|| other.trace(self.kind, &self.rays, &mut found)).1));
+                times.push(cycles(&|rays, found| other.trace(self.kind, rays, found)));
             }
         }
         let median = |times: &Vec<f64>| Spread::of(times.iter().copied()).median;
@@ -108,7 +119,7 @@ impl<B: Block> Peers<'_, B> {
     fn verdict(&self) -> Verdict {
         let mut found = WIDTHS.map(|_| Found::new(self.rays.len()));
         for (found, width) in found.iter_mut().zip(WIDTHS) {
-            self.by_mobula(width, found);
+            self.by_mobula(width, &self.rays, found);
         }
         let [narrow, ours, wide] = &found;
         for other in [narrow, wide] {

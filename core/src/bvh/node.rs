@@ -21,7 +21,7 @@ impl Child {
     ///
     /// # Panics
     /// If the index needs more than 31 bits.
-    pub fn node(index: usize) -> Self {
+    pub const fn node(index: usize) -> Self {
         assert!(index < LEAF as usize, "more than 2^31 nodes");
         Self(index as u32)
     }

@@ -2,9 +2,11 @@
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
-use super::block::{BLOCK, Block, Spread};
+use super::block::{BLOCK, Block};
 use super::reference::FOUR;
 use super::{Bounds, Bvh, Join, Quality};
+use crate::kernel::edges::Edges;
+use crate::kernel::groups::Groups;
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::rays::last_axis;
 use crate::traverse::SingleRay;
@@ -90,54 +92,23 @@ impl Block for TriangleBlock {
         corners
     }
 
-    /// The edge functions of the triangle test are linear in the slopes of a ray; here they are bounded over those of a group.
-    /// A triangle is left out if one of them is negative for all rays and one positive.
-    ///
-    /// Corners are sheared by the middle of all rays first, so that they are small where the triangle is near the rays, and so
-    /// is what is lost to rounding. Let u = 2^-24, Z the greatest depth of a corner, and X a bound on all sheared corners for all
-    /// rays of the packet. The exact test shears corners with an error of u (Z + X) and rounds products of at most X^2: its
-    /// edge functions err by at most u (4 Z X + 6 X^2). Ours have the same error in the corners and the rounding of nine
-    /// products of at most 2 X^2: u (4 Z X + 36 X^2). `SLACK` is more than half again of both.
     #[inline(always)]
-    fn touches<T: Token>(
+    fn touched<T: Token, const N: usize>(
         token: T,
         prepared: &[[[f32; BLOCK]; 3]; 3],
         axis: usize,
-        spread: &Spread,
-        groups: u32,
-    ) -> u64 {
+        groups: &Groups,
+    ) -> [u32; BLOCK] {
         let axes = AXES[axis % 3];
-        let zero = token.splat(0.0);
-        let together = if T::LANES > BLOCK { (1u32 << (T::LANES / BLOCK)) - 1 } else { 1 };
-        let mut touched = 0;
-        let mut at = 0;
-        while groups >> (at / BLOCK) != 0 {
-            if groups >> (at / BLOCK) & together == 0 {
-                at += T::LANES;
-                continue;
+        let edges = match &groups.parallel {
+            None => Edges::new(prepared, [0.0; 3], axes, &groups.window),
+            Some(parallel) => Edges::parallel(prepared, parallel, axes, &groups.window),
+        };
+        let mut touched = [0; BLOCK];
+        for (i, touched) in touched.iter_mut().enumerate() {
+            if edges.may_be_hit(i) {
+                *touched = edges.groups::<T, N>(token, i, groups);
             }
-            let mut corners = [[zero; 3]; 3];
-            let (mut wide, mut deep) = (zero, zero);
-            for (out, corner) in corners.iter_mut().zip(prepared) {
-                let depth = token.tile(&corner[axes[2]], at);
-                let x = token.splat(spread.center[0]).neg_mul_add(depth, token.tile(&corner[axes[0]], at));
-                let y = token.splat(spread.center[1]).neg_mul_add(depth, token.tile(&corner[axes[1]], at));
-                wide = x.abs().max(wide).max(y.abs());
-                deep = depth.abs().max(deep);
-                *out = [x, y, depth];
-            }
-            let [a, b, c] = corners;
-            let wide = deep.mul_add(token.splat(spread.reach), wide);
-            let slack = deep.mul_add(token.splat(SLACK[1]), wide * token.splat(SLACK[0]));
-            // And more than what underflow loses.
-            let error = slack.mul_add(wide, token.splat(1e-30));
-            let x = [token.repeat(&spread.middle[0][..], BLOCK, at), token.repeat(&spread.radius[0][..], BLOCK, at)];
-            let y = [token.repeat(&spread.middle[1][..], BLOCK, at), token.repeat(&spread.radius[1][..], BLOCK, at)];
-            let [u, v, w] = [edge::<T>(c, b, x, y, error), edge::<T>(a, c, x, y, error), edge::<T>(b, a, x, y, error)];
-            let positive_not = u[1].min(v[1]).min(w[1]).lt(zero);
-            let negative_not = u[0].max(v[0]).max(w[0]).gt(zero);
-            touched |= u64::from((!(positive_not & negative_not)).bits()) << at;
-            at += T::LANES;
         }
         touched
     }
@@ -193,18 +164,4 @@ impl Block for TriangleBlock {
         };
         triangle(token, token.first(BLOCK), corners, &sheared)
     }
-}
-
-/// By X^2 and by Z X: see [`touches`](TriangleBlock::touches).
-const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 16.0 / (1 << 24) as f32];
-
-/// The least and the greatest `(p x q) . (x, y, 1)` for x and y within a radius of a middle, and `error` beyond.
-#[inline(always)]
-fn edge<T: Token>(p: [T::F32; 3], q: [T::F32; 3], x: [T::F32; 2], y: [T::F32; 2], error: T::F32) -> [T::F32; 2] {
-    let along_x = p[2].neg_mul_add(q[1], p[1] * q[2]);
-    let along_y = p[0].neg_mul_add(q[2], p[2] * q[0]);
-    let constant = p[1].neg_mul_add(q[0], p[0] * q[1]);
-    let middle = along_x.mul_add(x[0], along_y.mul_add(y[0], constant));
-    let radius = along_x.abs().mul_add(x[1], along_y.abs().mul_add(y[1], error));
-    [middle - radius, middle + radius]
 }

@@ -18,15 +18,24 @@
 //! moved by, and the rounding of nine products of at most 2 X^2: u (4 Z X + 36 X^2). `SLACK` is more than half again of
 //! both.
 //!
+//! Parallel rays differ in their bases instead, which are x and y where they pass a plane of equal depth. Corners that are sheared
+//! onto that plane are moved across a ray by what its base is moved, so the same holds with a depth of 1. Let S be the
+//! greatest coordinate of a corner or origin. The exact test errs by 7 u S and u X in a corner (subtracting the origin, in depth
+//! and sideways, and the product); ours by 8 u S, in the bases by 7 u S, in their middle and the window's by 6 u S: together 28 u S a
+//! corner, 112 u S X an edge function. `PARALLEL_SLACK` is half again of that.
+//!
 //! - NaN: anything; the exact test says no.
 //! - Degenerate triangles and coordinates out of proportion: may hit.
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
+use super::groups::{Groups, Parallel, group_lanes};
 use crate::Rays;
 
 /// Slack by X^2 and by Z X: see the [module](self).
 const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 16.0 / (1 << 24) as f32];
+/// And by S X, for parallel rays.
+const PARALLEL_SLACK: f32 = 192.0 / (1 << 24) as f32;
 /// Slack for what underflows, and the most with which no product overflows.
 const RANGE: [f32; 2] = [f32::MIN_POSITIVE, 1e30];
 
@@ -90,10 +99,29 @@ impl<const B: usize> Edges<B> {
     /// Of triangles by corner, axis and place, and the common origin; `axes` in order, the dominant one last.
     #[inline(always)]
     pub fn new(corners: &[[[f32; B]; 3]; 3], origin: [f32; 3], axes: [usize; 3], window: &Window) -> Self {
-        let [cx, cy] = window.center;
+        let [x, y, z] = [axes[0] % 3, axes[1] % 3, axes[2] % 3];
+        Self::of::<false>(corners, [origin[x], origin[y], origin[z]], window.center, [x, y, z], window.radius, 0.0)
+    }
+
+    /// The same for parallel rays: the window is around their bases.
+    #[inline(always)]
+    pub fn parallel(corners: &[[[f32; B]; 3]; 3], rays: &Parallel, axes: [usize; 3], window: &Window) -> Self {
+        let [x, y] = window.center;
+        Self::of::<true>(corners, [x, y, rays.start], rays.shear, axes, window.radius, rays.scale)
+    }
+
+    /// What moves a corner across the rays when they move by 1 is its depth from an origin, and 1 if they are `PARALLEL`.
+    #[inline(always)]
+    fn of<const PARALLEL: bool>(
+        corners: &[[[f32; B]; 3]; 3],
+        [ox, oy, oz]: [f32; 3],
+        [cx, cy]: [f32; 2],
+        axes: [usize; 3],
+        radius: f32,
+        scale: f32,
+    ) -> Self {
         let mut edges = Self::NONE;
         let [x, y, z] = [axes[0] % 3, axes[1] % 3, axes[2] % 3];
-        let [ox, oy, oz] = [origin[x], origin[y], origin[z]];
         for i in 0..B {
             let (mut px, mut py, mut depth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
             let mut wide = [0.0; 3];
@@ -102,10 +130,14 @@ impl<const B: usize> Edges<B> {
                 px[k] = corners[k][x][i] - ox - cx * depth[k];
                 py[k] = corners[k][y][i] - oy - cy * depth[k];
                 wide[k] = larger(px[k].abs(), py[k].abs());
+                if PARALLEL {
+                    depth[k] = 1.0;
+                }
             }
             let deep = larger(larger(depth[0].abs(), depth[1].abs()), depth[2].abs());
-            let wide = larger(larger(wide[0], wide[1]), wide[2]) + window.radius * deep;
-            let slack = wide * (SLACK[0] * wide + SLACK[1] * deep) + RANGE[0];
+            let wide = larger(larger(wide[0], wide[1]), wide[2]) + radius * deep;
+            let by_size = if PARALLEL { PARALLEL_SLACK * scale } else { SLACK[1] * deep };
+            let slack = wide * (SLACK[0] * wide + by_size) + RANGE[0];
             let (mut most, mut least) = ([0.0; 3], [0.0; 3]);
             for k in 0..3 {
                 // Edges from b to c, from c to a, from a to b.
@@ -113,7 +145,7 @@ impl<const B: usize> Edges<B> {
                 let (x, y) = (depth[c] * py[b] - depth[b] * py[c], depth[b] * px[c] - depth[c] * px[b]);
                 let one = px[c] * py[b] - py[c] * px[b] + slack;
                 (edges.function[k][0][i], edges.function[k][1][i], edges.function[k][2][i]) = (x, y, one);
-                let spread = (x.abs() + y.abs()) * window.radius;
+                let spread = (x.abs() + y.abs()) * radius;
                 (most[k], least[k]) = (one + spread, one - spread);
             }
             let width = if slack < RANGE[1] { slack + slack } else { f32::INFINITY };
@@ -151,6 +183,29 @@ impl<const B: usize> Edges<B> {
         word
     }
 
+    /// Which groups have rays that may hit triangle `i`, a bit each.
+    #[inline(always)]
+    pub(crate) fn groups<T: Token, const N: usize>(&self, token: T, i: usize, groups: &Groups) -> u32 {
+        let i = i % B;
+        let [a, b, c] = &self.function;
+        let edges = [function(token, a, i), function(token, b, i), function(token, c, i)];
+        let width = token.splat(self.width[i]);
+        let mut touched = 0;
+        let mut at = 0;
+        while at < group_lanes(N) {
+            let turned = [token.load(&groups.turned[0][..], at), token.load(&groups.turned[1][..], at)];
+            let radius = [token.load(&groups.radius[0][..], at), token.load(&groups.radius[1][..], at)];
+            let [a, b, c] = edges;
+            let (a, b, c) = (bounds(a, turned, radius), bounds(b, turned, radius), bounds(c, turned, radius));
+            // One is less than minus the slack for all rays of the group, and one more than the slack.
+            let below = a[1].min(b[1]).min(c[1]).lt(token.splat(0.0));
+            let above = a[0].max(b[0]).max(c[0]).gt(width);
+            touched |= (!(below & above)).bits() << at;
+            at += T::LANES;
+        }
+        touched
+    }
+
     /// May a ray of the window hit triangle `i`?
     #[inline(always)]
     pub fn may_be_hit(&self, i: usize) -> bool {
@@ -186,6 +241,14 @@ fn function<T: Token, const B: usize>(token: T, [x, y, one]: &[[f32; B]; 3], i: 
 #[inline(always)]
 fn value<F: F32Lanes>([x, y, one]: [F; 3], turned: [F; 2]) -> F {
     turned[0].mul_add(x, turned[1].mul_add(y, one))
+}
+
+/// The least and the greatest value within a radius.
+#[inline(always)]
+fn bounds<F: F32Lanes>([x, y, one]: [F; 3], turned: [F; 2], radius: [F; 2]) -> [F; 2] {
+    let middle = value([x, y, one], turned);
+    let spread = x.abs().mul_add(radius[0], y.abs() * radius[1]);
+    [middle - spread, middle + spread]
 }
 
 #[inline(always)]

@@ -8,6 +8,7 @@
 pub mod aabb;
 pub mod bounds;
 pub mod edges;
+pub mod groups;
 pub mod iso_cell;
 pub mod sphere;
 pub mod triangle;

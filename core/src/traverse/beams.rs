@@ -11,30 +11,14 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::PAD;
 use crate::bvh::Node;
-use crate::bvh::block::Spread;
+use crate::kernel::groups::{GROUPS, Groups, Parallel, Row, group_lanes, group_size};
 use crate::{Column, Rays};
-
-/// Groups in a packet, at most.
-pub(super) const GROUPS: usize = 16;
-
-/// Rays in a group: 16, or as many as make 16 groups of a wider packet.
-pub(super) const fn group_size(width: usize) -> usize {
-    if width <= 16 * GROUPS { 16 } else { width.div_ceil(GROUPS).next_multiple_of(16) }
-}
-
-/// Lanes that the groups of a packet take: 4 or 16.
-pub(super) const fn group_lanes(width: usize) -> usize {
-    if width <= 4 * 16 { 4 } else { GROUPS }
-}
 
 /// The class of a group whose rays have nothing in common: they go one by one.
 pub(super) const MIXED: u8 = u8::MAX;
 
 /// x, y, z in order when the axis z is dominant.
 const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
-
-/// A value of every group. With four groups, those come four times.
-type Row = Column<f32, GROUPS>;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beams {
@@ -60,7 +44,11 @@ pub(super) struct Beams {
     far: Plane,
     /// Of all that travel.
     least_inverse: f32,
-    spread: Spread,
+    farthest: f32,
+    /// Have the rays an origin or a direction in common?
+    alike: bool,
+    /// For the edges of triangles, if so.
+    groups: Groups,
 }
 
 /// A side of all beams: of a box, the corner that is farthest inside has the coordinate in row `x` of a node's planes, and z
@@ -71,6 +59,9 @@ struct Side {
     depth: Plane,
     slope: Row,
     base: Row,
+    /// Of all together.
+    outer_slope: f32,
+    outer_base: f32,
 }
 
 /// A row of a node's planes, and what to subtract from it: where the rays start, moved outwards by the margin.
@@ -83,11 +74,24 @@ struct Plane {
 impl Plane {
     const NONE: Self = Self { row: 0, start: 0.0 };
 
-    /// The depths of these planes of the children.
+    /// The depths of these planes of the children from `at`.
     #[inline(always)]
-    fn depths<T: Token>(self, token: T, node: &Node, groups: usize, at: usize) -> T::F32 {
-        token.repeat(node.row(self.row), groups, at) - token.splat(self.start)
+    fn depths<T: Token>(self, token: T, node: &Node, at: usize) -> T::F32 {
+        token.load(node.row(self.row), at) - token.splat(self.start)
     }
+}
+
+/// How beams pass the children of a node.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passage {
+    /// Where they enter each child at the earliest.
+    pub(super) near: [f32; 8],
+    /// The depth of its near plane, and of the corner that is farthest inside on each side.
+    depth: [[f32; 8]; 5],
+}
+
+impl Passage {
+    pub(super) const NONE: Self = Self { near: [0.0; 8], depth: [[0.0; 8]; 5] };
 }
 
 impl Beams {
@@ -99,7 +103,7 @@ impl Beams {
         scale: f32,
     ) -> Self {
         let zero = Column::splat(0.0);
-        let side = Side { x: 0, depth: Plane::NONE, slope: zero, base: zero };
+        let side = Side { x: 0, depth: Plane::NONE, slope: zero, base: zero, outer_slope: 0.0, outer_base: 0.0 };
         let mut beams = Self {
             class: [MIXED; GROUPS],
             slope: [[zero; 2]; 2],
@@ -114,7 +118,9 @@ impl Beams {
             near: Plane::NONE,
             far: Plane::NONE,
             least_inverse: 0.0,
-            spread: Spread::default(),
+            farthest: 0.0,
+            alike: false,
+            groups: Groups::default(),
         };
         let range = rays.range();
         let size = group_size(N);
@@ -168,79 +174,87 @@ impl Beams {
         let way = if backward { -1.0 } else { 1.0 };
         let [x, y, z] = AXES[axis];
         let margin = self.margin();
-        // As they are in front of `start`: turned where z falls.
-        let [least_x, least_y] = [0, 1]
-            .map(|k| if backward { -greatest(&self.slope[1][k], groups) } else { least(&self.slope[0][k], groups) });
-        let [most_x, most_y] = [0, 1]
-            .map(|k| if backward { -least(&self.slope[0][k], groups) } else { greatest(&self.slope[1][k], groups) });
-        let (first, last) = if backward {
-            (greatest(&self.origin[1][z], groups), least(&self.origin[0][z], groups))
-        } else {
-            (least(&self.origin[0][z], groups), greatest(&self.origin[1][z], groups))
-        };
+        let mut slope = [[0.0; 2]; 2];
+        for k in 0..2 {
+            slope[k][0] = least::<T, N>(token, &self.slope[0][k], groups);
+            slope[k][1] = greatest::<T, N>(token, &self.slope[1][k], groups);
+        }
+        let depths =
+            [least::<T, N>(token, &self.origin[0][z], groups), greatest::<T, N>(token, &self.origin[1][z], groups)];
+        let (first, last) = if backward { (depths[1], depths[0]) } else { (depths[0], depths[1]) };
         let (near, far) = if backward { (z + 3, z) } else { (z, z + 3) };
         self.axis = axis;
         self.near = Plane { row: near, start: last + margin * way };
         self.far = Plane { row: far, start: first - margin * way };
-        self.least_inverse = if backward { greatest(&self.inverse, groups) } else { least(&self.inverse, groups) };
+        self.least_inverse = if backward {
+            greatest::<T, N>(token, &self.inverse, groups)
+        } else {
+            least::<T, N>(token, &self.inverse, groups)
+        };
         let first_near = Plane { row: near, start: first + margin * way };
-        // A side bounds slopes times depths that are not negative: at the near plane of a box or at the far one, by sign.
-        // Where groups differ in it, those of the lesser size count as zero.
-        let by_far = [least_x < 0.0, least_y < 0.0, most_x >= 0.0, most_y >= 0.0];
-        for (k, (side, by_far)) in self.side.iter_mut().zip(by_far).enumerate() {
-            side.x = [x + 3, y + 3, x, y][k];
-            side.depth = if by_far { self.far } else { first_near };
-        }
         let bases = if COMMON_ORIGIN {
             [[self.origin[0][x], self.origin[0][y]]; 2]
         } else {
             bases::<T, N>(token, rays, groups, [x, y, z], first)
         };
-        self.wide = 0;
-        let widths = token.splat(self.scale * (WIDE / SPREAD));
-        if COMMON_ORIGIN {
-            let [x, y] = [0, 1].map(|k| least(&self.slope[0][k], groups));
-            let [most_x, most_y] = [0, 1].map(|k| greatest(&self.slope[1][k], groups));
-            self.spread.center([x, y], [most_x, most_y]);
+        let mut base = [[0.0; 2]; 2];
+        for k in 0..2 {
+            base[k][0] = least::<T, N>(token, &bases[0][k], groups);
+            base[k][1] = greatest::<T, N>(token, &bases[1][k], groups);
         }
-        let mut at = 0;
-        while at < GROUPS {
-            let travels = token.mask(if lanes == 4 { groups * 0x1111 } else { groups } >> at);
+        self.wide = 0;
+        for k in 0..2 {
+            // As they are in front of `first`: turned where z falls.
+            let [below, above] = if backward { [-slope[k][1], -slope[k][0]] } else { slope[k] };
+            // A side bounds slopes times depths that are not negative: at the near plane of a box or at the far one, by sign.
+            // Where groups differ in it, those of the lesser size count as zero.
+            let by_far = [below < 0.0, above >= 0.0];
+            let rows = [[x, y][k] + 3, [x, y][k]];
+            for (side, outer) in [below, above].into_iter().enumerate() {
+                let bound = &mut self.side[k + 2 * side];
+                bound.x = rows[side];
+                bound.depth = if by_far[side] { self.far } else { first_near };
+                bound.outer_slope = outer * way;
+                bound.outer_base = base[k][side] + if side == 0 { -margin } else { margin };
+            }
+            let widths = token.splat(self.scale * (WIDE / SPREAD));
             let zero = token.splat(0.0);
-            for k in 0..2 {
-                let low = row(token, &self.slope[0][k], lanes, at);
-                let high = row(token, &self.slope[1][k], lanes, at);
-                let bases = [row(token, &bases[0][k], lanes, at), row(token, &bases[1][k], lanes, at)];
+            let mut at = 0;
+            while at < group_lanes(N) {
+                let (low, high) = (token.load(&self.slope[0][k][..], at), token.load(&self.slope[1][k][..], at));
+                let bases = [token.load(&bases[0][k][..], at), token.load(&bases[1][k][..], at)];
                 let wide = (high - low).gt(token.splat(WIDE)) | (bases[1] - bases[0]).gt(widths);
                 self.wide |= wide.bits() << at;
                 let (mut below, mut above) = if backward { (-high, -low) } else { (low, high) };
-                if by_far[k] {
+                if by_far[0] {
                     below = below.min(zero);
                 }
-                if by_far[k + 2] {
+                if by_far[1] {
                     above = above.max(zero);
                 }
                 (below * token.splat(way)).store(&mut self.side[k].slope[..], at);
                 (above * token.splat(way)).store(&mut self.side[k + 2].slope[..], at);
                 (bases[0] - token.splat(margin)).store(&mut self.side[k].base[..], at);
                 (bases[1] + token.splat(margin)).store(&mut self.side[k + 2].base[..], at);
+                at += T::LANES;
             }
-            if COMMON_ORIGIN {
-                self.spread.set(
-                    token,
-                    at,
-                    [
-                        [row(token, &self.slope[0][0], lanes, at), row(token, &self.slope[0][1], lanes, at)],
-                        [row(token, &self.slope[1][0], lanes, at), row(token, &self.slope[1][1], lanes, at)],
-                    ],
-                );
-            }
-            row(token, &self.inverse, lanes, at).store(&mut self.inverse[..], at);
-            let reach = row(token, &self.t_max, lanes, at).select(travels, token.splat(f32::NEG_INFINITY));
+        }
+        let mut at = 0;
+        while at < group_lanes(N) {
+            let travels = token.mask(groups >> at);
+            let reach = token.load(&self.t_max[..], at).select(travels, token.splat(f32::NEG_INFINITY));
             reach.store(&mut self.reach[..], at);
             at += T::LANES;
         }
-        self.wide = if COMMON_ORIGIN { self.wide & groups } else { groups };
+        self.farthest = greatest::<T, N>(token, &self.reach, groups);
+        self.alike = COMMON_ORIGIN || (slope[0][0] == slope[0][1] && slope[1][0] == slope[1][1]);
+        if COMMON_ORIGIN {
+            self.groups = Groups::new(token, &self.slope, slope, group_lanes(N), None);
+        } else if self.alike {
+            let parallel = Parallel { shear: [slope[0][0], slope[1][0]], start: first, scale: self.scale };
+            self.groups = Groups::new(token, &bases, base, group_lanes(N), Some(parallel));
+        }
+        self.wide = if self.alike { self.wide & groups } else { groups };
         groups
     }
 
@@ -256,10 +270,10 @@ impl Beams {
         self.scale * PAD
     }
 
-    /// The slopes of groups with a common origin, for [`Block::touches`](crate::bvh::Block::touches).
+    /// The groups as the edges of triangles see them, if the rays have an origin or a direction in common.
     #[inline(always)]
-    pub(super) fn spread(&self) -> &Spread {
-        &self.spread
+    pub(super) fn groups(&self) -> Option<&Groups> {
+        self.alike.then_some(&self.groups)
     }
 
     /// The groups that have come apart, so that bounds say little of them: their rays are better tested one by one.
@@ -280,31 +294,54 @@ impl Beams {
         groups & reaching
     }
 
-    /// Which groups may meet which child of a node: bit `lanes * child + group`, and where at the earliest.
+    /// Which children of a node any ray may meet, a bit each, and how they are passed.
     #[inline(always)]
-    pub(super) fn children<T: Token, const N: usize>(&self, token: T, node: &Node, near: &mut [f32; 8]) -> u128 {
-        let mut at = 0;
-        while at < 8 {
-            let narrow = token.narrow();
-            let depth = narrow.load(node.row(self.near.row), at) - narrow.splat(self.near.start);
-            (depth * narrow.splat(self.least_inverse)).store(near, at);
-            at += <T::Narrow as Token>::LANES;
-        }
-        let lanes = group_lanes(N);
-        let [left, bottom, right, top] = &self.side;
+    pub(super) fn children<T: Token>(&self, token: T, node: &Node, passage: &mut Passage) -> u32 {
+        let token = token.narrow();
         let mut met = 0;
         let mut at = 0;
-        while at < 8 * lanes {
-            let group = at % lanes;
-            let near = self.near.depths(token, node, lanes, at) * token.load(&self.inverse[..], group);
-            let far = self.far.depths(token, node, lanes, at) * token.splat(self.least_inverse);
-            let inside = far.ge(token.splat(0.0))
-                & near.le(token.load(&self.reach[..], group))
-                & left.x(token, node, lanes, at).ge(left.plane(token, node, lanes, at))
-                & bottom.x(token, node, lanes, at).ge(bottom.plane(token, node, lanes, at))
-                & right.x(token, node, lanes, at).le(right.plane(token, node, lanes, at))
-                & top.x(token, node, lanes, at).le(top.plane(token, node, lanes, at));
-            met |= u128::from(inside.bits()) << at;
+        while at < 8 {
+            let depth = self.near.depths(token, node, at);
+            depth.store(&mut passage.depth[0], at);
+            let near = depth * token.splat(self.least_inverse);
+            near.store(&mut passage.near, at);
+            let far = self.far.depths(token, node, at) * token.splat(self.least_inverse);
+            let mut inside = far.ge(token.splat(0.0)) & near.le(token.splat(self.farthest));
+            for (k, side) in self.side.iter().enumerate() {
+                let depth = side.depth.depths(token, node, at);
+                depth.store(&mut passage.depth[k + 1], at);
+                let plane = depth.mul_add(token.splat(side.outer_slope), token.splat(side.outer_base));
+                let x = token.load(node.row(side.x), at);
+                inside = inside & if k < 2 { x.ge(plane) } else { x.le(plane) };
+            }
+            met |= inside.bits() << at;
+            at += <T::Narrow as Token>::LANES;
+        }
+        met
+    }
+
+    /// Which groups may meet a child.
+    #[inline(always)]
+    pub(super) fn meeting<T: Token, const N: usize>(
+        &self,
+        token: T,
+        node: &Node,
+        slot: usize,
+        passage: &Passage,
+    ) -> u32 {
+        let slot = slot % 8;
+        let mut met = 0;
+        let mut at = 0;
+        while at < group_lanes(N) {
+            let near = token.splat(passage.depth[0][slot]) * token.load(&self.inverse[..], at);
+            let mut inside = near.le(token.load(&self.reach[..], at));
+            for (k, side) in self.side.iter().enumerate() {
+                let (slope, base) = (token.load(&side.slope[..], at), token.load(&side.base[..], at));
+                let plane = token.splat(passage.depth[k + 1][slot]).mul_add(slope, base);
+                let x = token.splat(node.row(side.x)[slot]);
+                inside = inside & if k < 2 { x.ge(plane) } else { x.le(plane) };
+            }
+            met |= inside.bits() << at;
             at += T::LANES;
         }
         met
@@ -312,14 +349,19 @@ impl Beams {
 
     /// After hits: the rays of a group reach no farther than this.
     #[inline(always)]
-    pub(super) fn shorten<T: Token, const N: usize>(&mut self, token: T, group: usize, farthest: f32) {
-        let lanes = if group_lanes(N) == 4 { 0x1111 } else { 1 } << group;
+    pub(super) fn shorten<T: Token>(&mut self, token: T, group: usize, farthest: f32) {
         // A whole vector, though one value changes: what is stored in parts is not there for the next load.
         let mut at = 0;
         while at < GROUPS {
-            token.splat(farthest).store_masked(&mut self.reach[..], at, token.mask(lanes >> at));
+            token.splat(farthest).store_masked(&mut self.reach[..], at, token.mask((1 << group) >> at));
             at += T::LANES;
         }
+    }
+
+    /// After hits in some groups: all together reach no farther than the farthest.
+    #[inline(always)]
+    pub(super) fn shortened<T: Token, const N: usize>(&mut self, token: T) {
+        self.farthest = greatest::<T, N>(token, &self.reach, u32::MAX);
     }
 
     /// Bounds the rays of a group, some of which may be inactive if `MASKED`. Leaves out a common origin.
@@ -392,36 +434,12 @@ impl Beams {
     }
 }
 
-impl Side {
-    /// Where the boxes end on this side.
-    #[inline(always)]
-    fn x<T: Token>(&self, token: T, node: &Node, lanes: usize, at: usize) -> T::F32 {
-        token.repeat(node.row(self.x), lanes, at)
-    }
-
-    /// Where the beams end on this side, at the boxes' depth.
-    #[inline(always)]
-    fn plane<T: Token>(&self, token: T, node: &Node, lanes: usize, at: usize) -> T::F32 {
-        let (slope, base) = (token.load(&self.slope[..], at % lanes), token.load(&self.base[..], at % lanes));
-        self.depth.depths(token, node, lanes, at).mul_add(slope, base)
-    }
-}
-
 /// Groups of rays whose slopes differ by more than this (a tile of 4x4 pixels is a few thousandths wide) have come apart.
-const WIDE: f32 = 1.0 / 100.0;
+const WIDE: f32 = 1.0 / 160.0;
 /// Groups with origins beyond are not bounded: sums and products of such overflow.
 const FARTHEST: f32 = 1e30;
 /// How many times as wide as the slopes the bases may be, as a share of the scene.
 const SPREAD: f32 = 2.0;
-
-/// A row of which only the first `lanes` are there, so often as it takes.
-#[inline(always)]
-fn row<T: Token>(token: T, row: &Row, lanes: usize, at: usize) -> T::F32 {
-    match row.first_chunk::<4>() {
-        Some(four) if lanes == 4 => token.tile(four, at),
-        _ => token.load(&row[..], at),
-    }
-}
 
 /// Least and greatest x and y of the rays of each group at the depth `start`.
 #[inline(always)]
@@ -469,25 +487,26 @@ fn max(x: f32, y: f32) -> f32 {
 
 /// The greatest of the groups of a mask.
 #[inline(always)]
-fn greatest(row: &Row, groups: u32) -> f32 {
-    let mut greatest = f32::NEG_INFINITY;
-    let mut left = groups;
-    while left != 0 {
-        greatest = max(row[left.trailing_zeros() as usize % GROUPS], greatest);
-        left &= left - 1;
+fn greatest<T: Token, const N: usize>(token: T, row: &Row, groups: u32) -> f32 {
+    let minus_inf = token.splat(f32::NEG_INFINITY);
+    let mut greatest = minus_inf;
+    let mut at = 0;
+    while at < group_lanes(N) {
+        greatest = token.load(&row[..], at).select(token.mask(groups >> at), minus_inf).max(greatest);
+        at += T::LANES;
     }
-    greatest
+    greatest.reduce_max()
 }
 
 /// The least of the groups of a mask.
 #[inline(always)]
-fn least(row: &Row, groups: u32) -> f32 {
-    let mut least = f32::INFINITY;
-    let mut left = groups;
-    while left != 0 {
-        let value = row[left.trailing_zeros() as usize % GROUPS];
-        least = if value < least { value } else { least };
-        left &= left - 1;
+fn least<T: Token, const N: usize>(token: T, row: &Row, groups: u32) -> f32 {
+    let inf = token.splat(f32::INFINITY);
+    let mut least = inf;
+    let mut at = 0;
+    while at < group_lanes(N) {
+        least = token.load(&row[..], at).select(token.mask(groups >> at), inf).min(least);
+        at += T::LANES;
     }
-    least
+    least.reduce_min()
 }

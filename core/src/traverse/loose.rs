@@ -6,10 +6,10 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::packet::Entry;
+use super::stack::{Entry, Met};
 use super::{PAD, Roots, Target, single};
 use crate::bvh::block::BLOCK;
-use crate::bvh::{Block, Bvh, Child, Node, STACK};
+use crate::bvh::{Block, Bvh, Node, STACK};
 use crate::{Column, NO_HIT, Rays};
 
 /// Rays that go together.
@@ -28,8 +28,8 @@ pub(super) struct Loose<'a, const N: usize, B, H> {
     /// What to subtract from the distances of low and of high planes: those of the origins, moved outwards by the margin
     /// of rounding.
     edge: [[Column<f32, TOGETHER>; 3]; 2],
-    /// For rays that go on alone.
-    alone: &'a mut [single::Entry; STACK],
+    /// The least and the greatest coordinates of the rays, moved outwards by the margin.
+    around: [[f32; 3]; 2],
 }
 
 impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
@@ -41,9 +41,10 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
         rays: &'a mut Rays<N>,
         target: &'a mut H,
         at: usize,
-        alone: &'a mut [single::Entry; STACK],
     ) -> Self {
         let mut edge = [[Column::splat(0.0); 3]; 2];
+        let (inf, minus_inf, nan) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY), token.splat(f32::NAN));
+        let (mut least, mut greatest) = ([inf; 3], [minus_inf; 3]);
         let mut lane = 0;
         while lane < TOGETHER {
             let mut largest = token.splat(bvh.scale);
@@ -51,15 +52,34 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 largest = token.load(&origin[..], at + lane).abs().max(largest);
             }
             let margin = largest * token.splat(PAD);
+            let (t_min, t_max) = (token.load(&rays.t_min()[..], at + lane), token.load(&rays.t_max[..], at + lane));
+            let searching = rays.active(token, at + lane) & t_min.le(t_max);
+            // Where it starts: at the origin, unless behind it.
+            let t_min = t_min.min(token.splat(0.0));
             for k in 0..3 {
                 let origin = token.load(&rays.origins()[k][..], at + lane);
                 let inverse = token.load(&rays.inverse_columns()[k][..], at + lane);
+                // Where products overflow, as those of short directions, NaN: `min` and `max` pass over the axis.
+                let small = (largest * token.splat(4.0) * inverse).abs().lt(inf);
+                let inverse = inverse.select(small, nan);
                 ((origin + margin) * inverse).store(&mut edge[0][k][..], lane);
                 ((origin - margin) * inverse).store(&mut edge[1][k][..], lane);
+                // A NaN on the left of `min` and `max` is passed over: rays that are done, and 0 times infinity, which leads nowhere.
+                let direction = token.load(&rays.directions()[k][..], at + lane);
+                let (start, end) = (direction.mul_add(t_min, origin), direction.mul_add(t_max, origin));
+                let low = end.min(start.min(origin)).select(searching, nan);
+                let high = end.max(start.max(origin)).select(searching, nan);
+                least[k] = (low - margin).min(least[k]);
+                greatest[k] = (high + margin).max(greatest[k]);
             }
             lane += T::LANES;
         }
-        Self { bvh, rays, target, at, edge, alone }
+        let mut around = [[0.0; 3]; 2];
+        for k in 0..3 {
+            around[0][k] = least[k].reduce_min();
+            around[1][k] = greatest[k].reduce_max();
+        }
+        Self { bvh, rays, target, at, edge, around }
     }
 
     /// Walks the rays of a mask down from the roots.
@@ -79,7 +99,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 if entry.groups.count_ones() > lonely(H::ANY) {
                     self.leaf(token, entry);
                 } else {
-                    self.go_alone(token, entry);
+                    self.go_alone(token, entry, stack, top);
                 }
             }
         }
@@ -109,9 +129,11 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
         stack: &mut [Entry; STACK],
         top: &mut usize,
     ) -> Entry {
-        let mut nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, groups: 0 };
-        let first = *top;
-        for slot in 0..8 {
+        let mut children = Met::new(stack, *top);
+        let mut close = self.close(token, node);
+        while close != 0 {
+            let slot = close.trailing_zeros() as usize % 8;
+            close &= close - 1;
             let mut met = 0;
             let mut near = token.splat(f32::INFINITY);
             let mut lane = 0;
@@ -125,25 +147,32 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
             if met == 0 {
                 continue;
             }
+            let child = node.child[slot];
+            self.bvh.prefetch(child);
             // The order of any hits is not worth a sort.
             let near = if H::ANY { f32::NEG_INFINITY } else { near.reduce_min() };
-            let mut entry = Entry { child: node.child[slot], near, groups: met };
-            if nearest.groups == 0 {
-                nearest = entry;
-                continue;
-            }
-            if !H::ANY && entry.near < nearest.near {
-                core::mem::swap(&mut entry, &mut nearest);
-            }
-            let mut place = *top;
-            while !H::ANY && place > first && stack[place - 1].near < entry.near {
-                stack[place] = stack[place - 1];
-                place -= 1;
-            }
-            stack[place] = entry;
-            *top += 1;
+            children.add(Entry { child, near, groups: met }, !H::ANY);
         }
-        nearest
+        *top = children.top;
+        children.nearest
+    }
+
+    /// Which children overlap the box around all rays: few, where rays are short.
+    #[inline(always)]
+    fn close<T: Token>(&self, token: T, node: &Node) -> u32 {
+        let token = token.narrow();
+        let mut close = 0;
+        let mut at = 0;
+        while at < 8 {
+            let mut inside = token.mask(u32::MAX);
+            for k in 0..3 {
+                let (low, high) = (token.load(&node.planes[k], at), token.load(&node.planes[k + 3], at));
+                inside = inside & low.le(token.splat(self.around[1][k])) & high.ge(token.splat(self.around[0][k]));
+            }
+            close |= inside.bits() << at;
+            at += <T::Narrow as Token>::LANES;
+        }
+        close
     }
 
     /// Which rays from `lane` meet a child, and where.
@@ -189,7 +218,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
 
     /// Traces the few rays of an entry one by one.
     #[inline(always)]
-    fn go_alone<T: Token>(&mut self, token: T, entry: Entry) {
+    fn go_alone<T: Token>(&mut self, token: T, entry: Entry, stack: &mut [Entry; STACK], top: usize) {
         let mut rays = entry.groups;
         while rays != 0 {
             let i = self.at + rays.trailing_zeros() as usize;
@@ -199,7 +228,8 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 rays: self.rays,
                 target: self.target,
                 roots: Roots::at(entry.child),
-                stack: self.alone,
+                stack,
+                base: top,
                 i,
             });
         }

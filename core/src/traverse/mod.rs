@@ -18,8 +18,9 @@ mod beams;
 mod loose;
 mod packet;
 mod single;
+mod stack;
 
-use mobula_simd::{Dispatch, F32Lanes, I32Lanes, MaskLanes, Task, Token};
+use mobula_simd::{Dispatch, F32Lanes, I32Lanes, MaskLanes, Task, Token, prefetch};
 
 pub use single::SingleRay;
 
@@ -76,6 +77,20 @@ impl<B: Block> Bvh<B> {
     pub fn occlude_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
         packet.check();
         token.run(Traverse { bvh: self, rays: packet, target: &mut AnyHit, roots: Roots::all(self) })
+    }
+}
+
+impl<B: Block> Bvh<B> {
+    /// Asks for what a child holds before it is visited.
+    #[inline(always)]
+    fn prefetch(&self, child: Child) {
+        if child.is_leaf() {
+            if let Some(block) = self.blocks.get(child.blocks().start) {
+                prefetch(block);
+            }
+        } else if let Some(node) = self.nodes.get(child.index()) {
+            prefetch(node);
+        }
     }
 }
 

@@ -4,19 +4,22 @@
 //! groups with nothing in common go loose, 16 rays at a time
 //! for each class of the others: stack = [root, all groups of the class]
 //!     pop; leave out groups that have found something nearer
-//!     node: which groups may meet which of eight children?  all at once
-//!           each child met: which rays of groups that came apart meet it?  a few: alone from here
+//!     node: which of eight children may any ray meet?  all at once
+//!           each such child: which groups may meet it?  all at once; ask for its memory
+//!           which rays of groups that came apart meet it?  a few: alone from here
 //!           on with the nearest; push the others, the nearer ones last
-//!     leaf: which groups may hit which triangles?  all at once; then each such triangle against each group's rays, W at a time
+//!     leaf: each triangle that any ray may hit: which groups?  all at once; then each such group's rays, W at a time
 //! ```
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::beams::{Beams, GROUPS, MIXED, group_lanes, group_size};
+use super::beams::{Beams, MIXED, Passage};
 use super::loose::{Loose, TOGETHER};
+use super::stack::{Entry, Met};
 use super::{Paths, Roots, Target, single};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
+use crate::kernel::groups::{GROUPS, group_size};
 use crate::kernel::{aabb, load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
 
@@ -28,16 +31,6 @@ const FEW: usize = 4;
 const LONELY: u32 = 3;
 /// Words with a bit for each ray of the widest packet.
 const WORDS: usize = 1024 / 64;
-
-/// A subtree that waits, and for whom.
-#[derive(Clone, Copy)]
-pub(super) struct Entry {
-    pub(super) child: Child,
-    /// Where it is entered at the earliest.
-    pub(super) near: f32,
-    /// The groups (of [`Loose`] the rays) that may meet it.
-    pub(super) groups: u32,
-}
 
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
@@ -53,7 +46,7 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     }
     rays.shears(token);
     let mut paths = Paths::default();
-    let mut stack = [single::Entry::NONE; STACK];
+    let mut stack = [Entry::NONE; STACK];
     let single = if N < FEW || range.len() < FEW {
         u32::MAX
     } else if rays.properties().contains(Properties::COMMON_ORIGIN) {
@@ -63,7 +56,6 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     };
     if single != 0 {
         rays.inverse_directions(token);
-        let mut entries = [Entry { child: bvh.root, near: 0.0, groups: 0 }; STACK];
         let mut at = range.start / TOGETHER * TOGETHER;
         while at < range.end {
             if single >> (at / group_size(N)) & 1 != 0 {
@@ -74,7 +66,7 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
                     lane += T::LANES;
                 }
                 paths.single += u64::from(active.count_ones());
-                Loose::new(token, bvh, rays, target, at, &mut stack).down(token, active, roots, &mut entries);
+                Loose::new(token, bvh, rays, target, at).down(token, active, roots, &mut stack);
             }
             at += TOGETHER;
         }
@@ -90,7 +82,7 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
     rays: &mut Rays<N>,
     target: &mut H,
     roots: Roots,
-    alone_stack: &mut [single::Entry; STACK],
+    stack: &mut [Entry; STACK],
     traced: &mut u64,
 ) -> u32 {
     let size = group_size(N);
@@ -105,7 +97,6 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
             *traced += (range.end.min((group + 1) * size) - range.start.max(group * size)) as u64;
         }
     }
-    let mut stack = [Entry { child: bvh.root, near: 0.0, groups: 0 }; STACK];
     while left != 0 {
         let class = beams.class(left.trailing_zeros() as usize);
         let groups = beams.gather::<T, N, COMMON_ORIGIN>(token, rays, class);
@@ -116,10 +107,10 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
         }
         let octant = if wide == 0 { MIXED } else { rays.octant().unwrap_or(MIXED) };
         let lanes = [0; WORDS];
-        let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes, stack: alone_stack };
+        let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes };
         for child in roots {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, groups };
-            walk.down::<T, COMMON_ORIGIN>(token, &mut stack);
+            walk.down::<T, COMMON_ORIGIN>(token, stack);
         }
     }
     alone
@@ -136,8 +127,6 @@ struct Walk<'a, const N: usize, B, H> {
     octant: u8,
     /// A bit a ray: see [`rays_in`](Self::rays_in).
     lanes: [u64; WORDS],
-    /// For rays that go on alone.
-    stack: &'a mut [single::Entry; STACK],
 }
 
 impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
@@ -172,12 +161,16 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         stack: &mut [Entry; STACK],
         top: &mut usize,
     ) -> Entry {
-        let lanes = group_lanes(N);
-        let mut nears = [0.0f32; 8];
-        let mut met = self.beams.children::<T, N>(token, node, &mut nears) & repeat(groups, lanes);
-        let mut nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, groups: 0 };
-        let first = *top;
-        while let Some((slot, mut groups)) = next_child(&mut met, lanes) {
+        let mut passage = Passage::NONE;
+        let mut met = self.beams.children(token, node, &mut passage);
+        let mut children = Met::new(stack, *top);
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize % 8;
+            met &= met - 1;
+            let mut groups = groups & self.beams.meeting::<T, N>(token, node, slot, &passage);
+            if groups == 0 {
+                continue;
+            }
             let child = node.child[slot];
             if groups & self.wide != 0 {
                 let (meeting, count) = self.rays_in::<T, COMMON_ORIGIN>(token, node, slot, groups & self.wide);
@@ -186,28 +179,16 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                     continue;
                 }
                 if groups == meeting && count <= LONELY {
-                    self.go_alone(token, child, meeting);
+                    self.go_alone(token, child, meeting, &mut children);
                     continue;
                 }
             }
-            let mut entry = Entry { child, near: nears[slot], groups };
-            if nearest.groups == 0 {
-                nearest = entry;
-                continue;
-            }
-            if entry.near < nearest.near {
-                core::mem::swap(&mut entry, &mut nearest);
-            }
-            // Insertion: the farthest child stays lowest. The order of any hits is not worth a sort.
-            let mut place = *top;
-            while !H::ANY && place > first && stack[place - 1].near < entry.near {
-                stack[place] = stack[place - 1];
-                place -= 1;
-            }
-            stack[place] = entry;
-            *top += 1;
+            self.bvh.prefetch(child);
+            // The order of any hits is not worth a sort.
+            children.add(Entry { child, near: passage.near[slot], groups }, !H::ANY);
         }
-        nearest
+        *top = children.top;
+        children.nearest
     }
 
     /// Which groups have rays that meet a child's box, and how many rays; `self.lanes` says which.
@@ -264,7 +245,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
 
     /// Traces the rays in `self.lanes`, which are of these groups, through a child, one by one.
     #[inline(always)]
-    fn go_alone<T: Token>(&mut self, token: T, child: Child, groups: u32) {
+    fn go_alone<T: Token>(&mut self, token: T, child: Child, groups: u32, above: &mut Met) {
         for word in 0..N.div_ceil(64) {
             let mut lanes = self.lanes[word];
             while lanes != 0 {
@@ -275,7 +256,8 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                     rays: self.rays,
                     target: self.target,
                     roots: Roots::at(child),
-                    stack: self.stack,
+                    stack: above.stack,
+                    base: above.top,
                     i,
                 });
             }
@@ -292,25 +274,27 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         let mut changed = 0u32;
         for block in blocks {
             let prepared = block.prepare::<N, COMMON_ORIGIN>(self.rays);
-            let mut pairs = quadruple(entry.groups);
-            if COMMON_ORIGIN {
-                pairs &= B::touches(token, &prepared, axis, self.beams.spread(), entry.groups);
-            }
-            while pairs != 0 {
-                let pair = pairs.trailing_zeros() as usize;
-                pairs &= pairs - 1;
-                let (group, i) = (pair / BLOCK, pair % BLOCK);
+            let touched = match self.beams.groups() {
+                Some(groups) => B::touched::<T, N>(token, &prepared, axis, groups),
+                None => [u32::MAX; BLOCK],
+            };
+            for i in 0..BLOCK {
                 let id = block.ids()[i];
+                let mut groups = touched[i] & entry.groups;
                 if id == NO_HIT {
-                    continue;
+                    break;
                 }
-                let mut at = group * size;
-                while at < (group + 1) * size {
-                    let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at);
-                    if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
-                        changed |= 1 << group;
+                while groups != 0 {
+                    let group = groups.trailing_zeros() as usize % GROUPS;
+                    groups &= groups - 1;
+                    let mut at = group * size;
+                    while at < (group + 1) * size {
+                        let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at);
+                        if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
+                            changed |= 1 << group;
+                        }
+                        at += T::LANES;
                     }
-                    at += T::LANES;
                 }
             }
         }
@@ -331,42 +315,12 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
             let mut at = group * size;
             while at < (group + 1) * size {
                 let t = token.load(&self.rays.t_max[..], at).select(self.rays.active(token, at), minus_inf);
-                farthest = farthest.max(t);
+                // On the left of `max` a NaN is passed over: a ray without an interval reaches nowhere.
+                farthest = t.max(farthest);
                 at += T::LANES;
             }
-            self.beams.shorten::<T, N>(token, group, farthest.reduce_max());
+            self.beams.shorten(token, group, farthest.reduce_max());
         }
+        self.beams.shortened::<T, N>(token);
     }
-}
-
-/// Takes the first child that any group meets out of `met`, which has `lanes` (4 or 16) bits a child.
-#[inline(always)]
-fn next_child(met: &mut u128, lanes: usize) -> Option<(usize, u32)> {
-    let low = *met as u64;
-    let (shift, half) = if lanes == 4 || low != 0 { (0, low) } else { (4, (*met >> 64) as u64) };
-    if half == 0 {
-        return None;
-    }
-    let slot = half.trailing_zeros() as usize / lanes;
-    let groups = (half >> (slot * lanes)) as u32 & ((1 << lanes) - 1);
-    let left = half & !(u64::from(groups) << (slot * lanes));
-    *met = if shift == 0 { *met & !u128::from(u64::MAX) | u128::from(left) } else { u128::from(left) << 64 };
-    Some(((slot + shift) % 8, groups))
-}
-
-/// A mask of `lanes` (4 or 16) bits, eight times.
-#[inline(always)]
-fn repeat(groups: u32, lanes: usize) -> u128 {
-    if lanes == 4 { u128::from(groups * 0x1111_1111) } else { u128::from(groups) * (u128::MAX / 0xffff) }
-}
-
-/// Each of 16 bits four times.
-#[inline(always)]
-fn quadruple(groups: u32) -> u64 {
-    let mut bits = u64::from(groups);
-    bits = (bits | bits << 24) & 0x0000_00ff_0000_00ff;
-    bits = (bits | bits << 12) & 0x000f_000f_000f_000f;
-    bits = (bits | bits << 6) & 0x0303_0303_0303_0303;
-    bits = (bits | bits << 3) & 0x1111_1111_1111_1111;
-    bits * 15
 }

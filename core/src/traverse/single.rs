@@ -2,6 +2,7 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
 
+use super::stack::{Entry, Met};
 use super::{PAD, Roots, Target};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
@@ -29,25 +30,15 @@ pub struct SingleRay<T: Token> {
     pub t_max: T::F32,
 }
 
-/// A subtree that waits, and where the ray enters it.
-#[derive(Clone, Copy)]
-pub(super) struct Entry {
-    child: Child,
-    near: f32,
-}
-
-impl Entry {
-    /// Nothing.
-    pub(super) const NONE: Self = Self { child: Child::EMPTY, near: 0.0 };
-}
-
-/// Traces ray `i`: a task, so that packets share one copy of it. The stack is the caller's, cleared once for many rays.
+/// Traces ray `i`: a task, so that packets share one copy of it. The stack is the caller's.
 pub(super) struct Alone<'a, const N: usize, B, H> {
     pub(super) bvh: &'a Bvh<B>,
     pub(super) rays: &'a mut Rays<N>,
     pub(super) target: &'a mut H,
     pub(super) roots: Roots,
     pub(super) stack: &'a mut [Entry; STACK],
+    /// Where the stack is free.
+    pub(super) base: usize,
     pub(super) i: usize,
 }
 
@@ -56,10 +47,10 @@ impl<const N: usize, B: Block, H: Target<N>> Task for Alone<'_, N, B, H> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let Self { bvh, rays, target, roots, stack, i } = self;
+        let Self { bvh, rays, target, roots, stack, base, i } = self;
         let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
         for root in roots {
-            walk.from::<N, H>(root, stack);
+            walk.from::<N, H>(root, stack, base);
         }
         if let Some((t, id)) = walk.found {
             target.set(rays, i, t, id);
@@ -94,8 +85,10 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         for k in 0..3 {
             let (low, high) = (origin[k][i] - margin, origin[k][i] + margin);
             let negative = inverse[k][i] < 0.0;
-            near[k] = token.splat(if negative { low } else { high } * inverse[k][i]);
-            far[k] = token.splat(if negative { high } else { low } * inverse[k][i]);
+            // Where products overflow, as those of short directions, NaN: `min` and `max` pass over the axis.
+            let inverse = if (4.0 * largest * inverse[k][i]).is_finite() { inverse[k][i] } else { f32::NAN };
+            near[k] = token.splat(if negative { low } else { high } * inverse);
+            far[k] = token.splat(if negative { high } else { low } * inverse);
             (rows[0][k], rows[1][k]) = if negative { (k + 3, k) } else { (k, k + 3) };
         }
         Self {
@@ -120,10 +113,10 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
     }
 
     #[inline(always)]
-    fn from<const N: usize, H: Target<N>>(&mut self, root: Child, stack: &mut [Entry; STACK]) {
-        stack[0] = Entry { child: root, near: f32::NEG_INFINITY };
-        let mut top = 1;
-        while top > 0 {
+    fn from<const N: usize, H: Target<N>>(&mut self, root: Child, stack: &mut [Entry; STACK], base: usize) {
+        stack[base] = Entry { child: root, near: f32::NEG_INFINITY, groups: 1 };
+        let mut top = base + 1;
+        while top > base {
             top -= 1;
             if stack[top].near > self.t_max {
                 continue;
@@ -161,30 +154,16 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             near.store(&mut nears, at);
             at += T::LANES;
         }
-        if met == 0 {
-            return Child::EMPTY;
-        }
-        let slot = met.trailing_zeros() as usize % 8;
-        met &= met - 1;
-        let mut nearest = Entry { child: node.child[slot], near: nears[slot] };
-        let first = *top;
+        let mut children = Met::new(stack, *top);
         while met != 0 {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
-            let mut entry = Entry { child: node.child[slot], near: nears[slot] };
-            // The order of any hits is not worth a sort.
-            if !H::ANY && entry.near < nearest.near {
-                core::mem::swap(&mut entry, &mut nearest);
-            }
-            let mut place = *top;
-            while !H::ANY && place > first && stack[place - 1].near < entry.near {
-                stack[place] = stack[place - 1];
-                place -= 1;
-            }
-            stack[place] = entry;
-            *top += 1;
+            let child = node.child[slot];
+            self.bvh.prefetch(child);
+            children.add(Entry { child, near: nears[slot], groups: 1 }, !H::ANY);
         }
-        nearest.child
+        *top = children.top;
+        children.nearest.child
     }
 
     #[inline(always)]
