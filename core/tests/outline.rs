@@ -96,9 +96,9 @@ fn compare(seed: u64, cases: usize, distances: [f32; 2], sizes: [f32; 2]) {
     }
 }
 
-/// 5000 cases a level, or as many as `MOBULA_EDGE_CASES` says.
+/// 5000 cases a level, or as many as `MOBULA_OUTLINE_CASES` says.
 fn cases() -> usize {
-    std::env::var("MOBULA_EDGE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(5000)
+    std::env::var("MOBULA_OUTLINE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(5000)
 }
 
 #[test]
