@@ -11,7 +11,7 @@ use std::sync::Arc;
 use clap::Parser;
 use mobula::app::{self, PacketWidth, Settings};
 use mobula::camera::{Pinhole, View};
-use mobula::color::to_pixel;
+use mobula::color::to_pixels;
 use mobula::image::Size;
 use mobula::renderer::{Primary, RendererKind};
 use mobula::sampler::morton::for_each_piece;
@@ -22,6 +22,7 @@ use mobula::{generate, load};
 use mobula_benches::clock;
 use mobula_benches::scenes::VIEWS;
 use mobula_core::bvh::{Block, Bvh, Serial, TriangleBlock};
+use mobula_core::rays::set_vec3;
 use mobula_core::simd::{AnyToken, Level, Task, Token};
 use mobula_core::{Properties, RayPacket};
 
@@ -89,11 +90,11 @@ impl Bare {
     fn frame(&mut self, context: &Context<'_, N>) {
         let size = [self.side as u32; 2];
         let TileSize { width, height } = TileSize::default();
-        let mut packet = RayPacket::<N>::default();
+        let (mut packet, mut shown) = (RayPacket::<N>::default(), [0; N]);
         for y0 in (0..self.side).step_by(height) {
             for x0 in (0..self.side).step_by(width) {
                 let (x1, y1) = ((x0 + width).min(self.side), (y0 + height).min(self.side));
-                for_each_piece(Fragment { channel: 0, x0, y0, x1, y1, step: 1 }, N, |pixels| {
+                for_each_piece::<N>(Fragment { channel: 0, x0, y0, x1, y1, step: 1 }, N, |pixels| {
                     packet.reset(0..pixels.len());
                     for (i, pixel) in pixels.iter().enumerate() {
                         packet.image[0][i] = pixel[0] as f32 + 0.5;
@@ -104,13 +105,17 @@ impl Bare {
                     packet.reset_hits();
                     self.bvh.intersect(context.token, &mut packet);
                     let mut near = 0;
-                    for (i, &[x, y]) in pixels.iter().enumerate() {
+                    for i in 0..pixels.len() {
                         let mut color = [0.0; 3];
                         if packet.was_hit(i) {
                             let material = self.geometry.material(packet.hits.primitive[i], &mut near) as usize;
                             color = self.colors[material.min(self.colors.len() - 1)];
                         }
-                        self.picture[y as usize * self.side + x as usize] = to_pixel(color.into());
+                        set_vec3(&mut packet.color, i, color.into());
+                    }
+                    to_pixels(context.token, &packet.color, pixels.len(), &mut shown);
+                    for (&[x, y], &color) in pixels.iter().zip(&shown) {
+                        self.picture[y as usize * self.side + x as usize] = color;
                     }
                     self.packets += 1;
                 });

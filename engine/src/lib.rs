@@ -7,7 +7,7 @@
 //! | 5.3 transactions and callbacks | [`pipeline`] |
 //! | 5.4 the rendering stack | [`stack`] has the traits; [`traverse`], [`balance`], [`sampler`], [`camera`], [`renderer`], [`accel`], [`material`], [`light`], [`background`] the components |
 //! | what is rendered | [`scene`], [`load`], [`generate`], [`builtin`] |
-//! | all of it behind one call | [`app`] |
+//! | all of it behind one call, or taken apart | [`app`], [`prelude`] |
 //!
 //! Ray packets and kernels are [`mobula_core`]'s, lanes and levels [`mobula_simd`]'s. A whole frame:
 //!
@@ -41,6 +41,7 @@ pub mod load;
 pub mod material;
 pub mod math;
 pub mod pipeline;
+pub mod prelude;
 pub mod renderer;
 pub mod sampler;
 pub mod scale;

@@ -192,15 +192,22 @@ proptest! {
     }
 }
 
-#[test]
-fn channels_have_sizes_and_displays_of_their_own() {
+/// Two channels with their displays, and a log for a third.
+fn two_channels() -> (Pipeline<()>, DisplayStage, [Log; 3]) {
     let logs = [Log::default(), Log::default(), Log::default()];
     let mut pipeline = Pipeline::new((), Config::with_threads(3)).unwrap();
     pipeline.add_channel("left", size(16, 9));
     pipeline.add_channel("right", size(5, 40));
     pipeline.add_stage(stage("paint", Balance::Balanced, paint));
     let displays = DisplayStage::new().with(0, Recorder(logs[0].clone())).with(1, Recorder(logs[1].clone()));
-    pipeline.add_stage(displays.with(2, Recorder(logs[2].clone())));
+    pipeline.add_stage(displays.clone());
+    (pipeline, displays, logs)
+}
+
+#[test]
+fn channels_have_sizes_and_displays_of_their_own() {
+    let (mut pipeline, displays, logs) = two_channels();
+    displays.attach(2, Recorder(logs[2].clone()));
     pipeline.callbacks().at_frame("third", 6, |point| {
         assert_eq!(point.channels().len(), 2);
         assert_eq!(point.add_channel("third", Size::new(2, 2).unwrap()), 2);
@@ -220,13 +227,7 @@ fn channels_have_sizes_and_displays_of_their_own() {
 
 #[test]
 fn channels_come_and_go_with_their_displays_and_keep_their_indices() {
-    let logs = [Log::default(), Log::default(), Log::default()];
-    let mut pipeline = Pipeline::new((), Config::with_threads(3)).unwrap();
-    pipeline.add_channel("left", size(16, 9));
-    pipeline.add_channel("right", size(5, 40));
-    pipeline.add_stage(stage("paint", Balance::Balanced, paint));
-    let displays = DisplayStage::new().with(0, Recorder(logs[0].clone())).with(1, Recorder(logs[1].clone()));
-    pipeline.add_stage(displays.clone());
+    let (mut pipeline, displays, logs) = two_channels();
     let third = logs[2].clone();
     pipeline.callbacks().at_frame("come and go", 4, move |point| {
         point.remove_channel(0);

@@ -10,15 +10,18 @@ use crate::UnknownLevel;
 #[cfg(target_arch = "x86_64")]
 use crate::{Avx2, Avx512, Fused};
 
+/// What runs a task in a region compiled for some level that is known at run time only.
+pub trait Dispatch: Copy {
+    /// Runs `task` there.
+    fn dispatch<K: Task>(self, task: K) -> K::Output;
+}
+
 /// A token of a level chosen at run time: one branch into a kernel family, once per packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AnyToken {
     /// One unfused lane.
     Scalar(Scalar),
-    /// One fused lane: a twin, which detection never chooses.
-    #[cfg(target_arch = "x86_64")]
-    Fused(Fused),
     /// Four unfused lanes.
     Sse2(Sse2),
     /// Eight fused lanes.
@@ -34,8 +37,6 @@ macro_rules! with_token {
     ($any:expr, $token:ident => $body:expr) => {
         match $any {
             AnyToken::Scalar($token) => $body,
-            #[cfg(target_arch = "x86_64")]
-            AnyToken::Fused($token) => $body,
             AnyToken::Sse2($token) => $body,
             #[cfg(target_arch = "x86_64")]
             AnyToken::Avx2($token) => $body,
@@ -91,12 +92,12 @@ impl AnyToken {
         .ok_or(Unavailable(level))
     }
 
-    /// The levels that this machine has, least first. The fused twin is not among them: see [`twin`](Self::twin).
+    /// The levels that this machine has, least first.
     pub fn available() -> impl Iterator<Item = Self> {
         Level::ALL.into_iter().filter_map(|level| Self::for_level(level).ok())
     }
 
-    /// Its level. The fused twin's is [`Level::Avx2`], whose instructions it needs.
+    /// Its level.
     #[must_use]
     pub fn level(self) -> Level {
         fn level<T: Token>(_: T) -> Level {
@@ -125,15 +126,13 @@ impl AnyToken {
 
     /// The one-lane token of the same numeric family, whose results must be the same bits.
     #[must_use]
-    pub fn twin(self) -> Self {
+    pub fn twin(self) -> Twin {
         match self {
-            Self::Scalar(_) | Self::Sse2(_) => Self::Scalar(Scalar::new()),
+            Self::Scalar(_) | Self::Sse2(_) => Twin::Scalar(Scalar::new()),
             #[cfg(target_arch = "x86_64")]
-            Self::Fused(token) => Self::Fused(token),
+            Self::Avx2(token) => Twin::Fused(token.fused()),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(token) => Self::Fused(token.fused()),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512(token) => Self::Fused(token.avx2().fused()),
+            Self::Avx512(token) => Twin::Fused(token.avx2().fused()),
         }
     }
 
@@ -141,6 +140,44 @@ impl AnyToken {
     #[inline]
     pub fn run<K: Task>(self, task: K) -> K::Output {
         with_token!(self, token => token.run(task))
+    }
+}
+
+impl Dispatch for AnyToken {
+    #[inline]
+    fn dispatch<K: Task>(self, task: K) -> K::Output {
+        self.run(task)
+    }
+}
+
+/// The one-lane token of a numeric family: what its levels are checked against. It is apart from [`AnyToken`] so that only
+/// what is checked is compiled for one fused lane, which no program chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Twin {
+    /// One unfused lane.
+    Scalar(Scalar),
+    /// One fused lane.
+    #[cfg(target_arch = "x86_64")]
+    Fused(Fused),
+}
+
+impl Twin {
+    /// Runs `task` in a region compiled for it.
+    #[inline]
+    pub fn run<K: Task>(self, task: K) -> K::Output {
+        match self {
+            Self::Scalar(token) => token.run(task),
+            #[cfg(target_arch = "x86_64")]
+            Self::Fused(token) => token.run(task),
+        }
+    }
+}
+
+impl Dispatch for Twin {
+    #[inline]
+    fn dispatch<K: Task>(self, task: K) -> K::Output {
+        self.run(task)
     }
 }
 
@@ -201,10 +238,17 @@ mod tests {
 
     #[test]
     fn a_twin_has_one_lane_of_the_same_family() {
+        struct Kind;
+        impl Task for Kind {
+            type Output = (usize, bool);
+            #[inline(always)]
+            fn run<T: Token>(self, _: T) -> (usize, bool) {
+                (T::LANES, T::FUSED)
+            }
+        }
         for token in AnyToken::available() {
-            assert_eq!(token.twin().lanes(), 1);
-            assert_eq!(token.twin().fused(), token.fused());
-            assert_eq!(token.twin().twin(), token.twin());
+            assert_eq!(token.dispatch(Kind), (token.lanes(), token.fused()));
+            assert_eq!(token.twin().dispatch(Kind), (1, token.fused()));
         }
     }
 

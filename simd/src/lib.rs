@@ -53,7 +53,7 @@
 //! |---|---|
 //! | [`level`] | the names of the instruction sets |
 //! | [`lanes`] | the traits: what every level can do, and the numeric contract |
-//! | [`dispatch`] | [`AnyToken`]: detection, choice at run time, `MOBULA_ISA` |
+//! | [`dispatch`] | [`AnyToken`]: detection, choice at run time, `MOBULA_ISA`; [`Twin`]: what it is checked against |
 //! | [`clock`] | what kernels are measured with |
 //! | [`one_lane`] | the lanes of [`Scalar`] and [`Fused`], the twins that the others must equal bit for bit |
 //! | [`scalar`] | [`Scalar`]: 1 lane, unfused, everywhere |
@@ -88,7 +88,7 @@ pub use avx2::Avx2;
 pub use avx512::Avx512;
 #[cfg(feature = "std")]
 pub use dispatch::EnvError;
-pub use dispatch::{AnyToken, Unavailable};
+pub use dispatch::{AnyToken, Dispatch, Twin, Unavailable};
 #[cfg(target_arch = "x86_64")]
 pub use fused::Fused;
 pub use lanes::{F32Lanes, I32Lanes, MaskLanes, Task, Token};

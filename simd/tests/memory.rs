@@ -62,6 +62,7 @@ impl Task for Loads {
 
 fn load(token: AnyToken) {
     token.run(Loads);
+    token.twin().run(Loads);
 }
 
 struct MaskedLoads;
@@ -87,6 +88,7 @@ impl Task for MaskedLoads {
 
 fn load_masked(token: AnyToken) {
     token.run(MaskedLoads);
+    token.twin().run(MaskedLoads);
 }
 
 /// Compares what a store left in a slice, and around it, with what it should have left there.
@@ -145,18 +147,22 @@ impl Task for Stores {
 
 fn store(token: AnyToken) {
     token.run(Stores { floats: true, masked: false });
+    token.twin().run(Stores { floats: true, masked: false });
 }
 
 fn store_masked(token: AnyToken) {
     token.run(Stores { floats: true, masked: true });
+    token.twin().run(Stores { floats: true, masked: true });
 }
 
 fn i32_store(token: AnyToken) {
     token.run(Stores { floats: false, masked: false });
+    token.twin().run(Stores { floats: false, masked: false });
 }
 
 fn i32_store_masked(token: AnyToken) {
     token.run(Stores { floats: false, masked: true });
+    token.twin().run(Stores { floats: false, masked: true });
 }
 
 struct Gathers;
@@ -188,6 +194,7 @@ impl Task for Gathers {
 
 fn gather(token: AnyToken) {
     token.run(Gathers);
+    token.twin().run(Gathers);
 }
 
 at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather);

@@ -189,17 +189,7 @@ struct Packet<K: Kernel, const N: usize>(alloc::boxed::Box<Work<K::Primitive, N>
 
 impl<K: Kernel, const N: usize> Bench for Packet<K, N> {
     fn run(&mut self, token: AnyToken, derive: bool, repeat: usize) {
-        let passes = Passes::<K, N> { work: &mut self.0, derive, repeat };
-        // As `AnyToken::run`, without the fused twin, which `Twin` runs.
-        match token {
-            AnyToken::Scalar(token) => token.run(passes),
-            AnyToken::Sse2(token) => token.run(passes),
-            #[cfg(target_arch = "x86_64")]
-            AnyToken::Avx2(token) => token.run(passes),
-            #[cfg(target_arch = "x86_64")]
-            AnyToken::Avx512(token) => token.run(passes),
-            _ => {}
-        }
+        token.run(Passes::<K, N> { work: &mut self.0, derive, repeat });
     }
 
     fn outcome(&self) -> Outcome {
@@ -246,7 +236,7 @@ fn judge<K: Kernel>(token: AnyToken, place: usize, draft: &Draft<K::Primitive>) 
     let got = run::<K>(token, place, draft);
     let with = |which: &'static str| move |what: String| alloc::format!("{which}: {what}");
     got.untouched(&before, &draft.range).map_err(with("an inactive ray was touched"))?;
-    if token != token.twin() {
+    if token.lanes() > 1 {
         got.equals(&run_twin::<K>(token, place, draft)).map_err(with("differs from its twin"))?;
     }
     if TypeId::of::<K>() != TypeId::of::<K::General>() {

@@ -20,7 +20,7 @@ mod packet;
 mod single;
 mod stack;
 
-use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token, prefetch};
+use mobula_simd::{Dispatch, F32Lanes, I32Lanes, MaskLanes, Task, Token, prefetch};
 
 pub use single::SingleRay;
 
@@ -60,11 +60,11 @@ impl<B: Block> Bvh<B> {
     }
 
     /// As [`intersect`](Self::intersect), testing every primitive against every ray: what traversal is checked against.
-    pub fn intersect_all<const N: usize>(&self, token: mobula_simd::AnyToken, packet: &mut RayPacket<N>) -> Paths {
+    pub fn intersect_all<const N: usize>(&self, token: impl Dispatch, packet: &mut RayPacket<N>) -> Paths {
         packet.check();
         packet.forget(Properties::OF_HITS);
         let (rays, hits) = packet.split();
-        token.run(Traverse { bvh: self, rays, target: hits, roots: Roots::all(self) })
+        token.dispatch(Traverse { bvh: self, rays, target: hits, roots: Roots::all(self) })
     }
 
     /// Sets `t_max` of each active ray that hits anything to `-inf`. Enters the level once.

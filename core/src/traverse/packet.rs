@@ -47,7 +47,7 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
     rays.shears(token);
     let mut paths = Paths::default();
     let mut stack = [Entry::NONE; STACK];
-    let single = if range.len() < FEW {
+    let single = if N < FEW || range.len() < FEW {
         u32::MAX
     } else if rays.properties().contains(Properties::COMMON_ORIGIN) {
         together::<T, N, B, H, true>(token, bvh, rays, target, roots, &mut stack, &mut paths.common_origin)

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use mobula_simd::AnyToken;
 
+use crate::accel::AccelerationKind;
 use crate::balance::BalancerKind;
 use crate::camera::{Pinhole, View};
 use crate::image::{FrameBuffer, Size};
@@ -11,7 +12,7 @@ use crate::pipeline::fault::scope;
 use crate::pipeline::{Config, Frame, Pipeline, ThreadCountError};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneDescription, SceneError};
 use crate::stack::{Camera, Context, Fragment, PixelSampler, Renderer, Statistics};
 use crate::traverse::{RenderStage, TileSize, TraverserKind};
 use mobula_core::RayPacket;
@@ -31,6 +32,15 @@ pub struct Components<const N: usize> {
 }
 
 impl<const N: usize> Components<N> {
+    /// A scene as its description says, with the default components, at the best level of this machine.
+    ///
+    /// # Errors
+    /// If there are more primitives than ids.
+    pub fn build(scene: &SceneDescription, size: Size) -> Result<Self, SceneError> {
+        let scene = Scene::build(scene, AccelerationKind::Bvh)?;
+        Ok(Self::new(AnyToken::detect(), scene, size.width() as f32 / size.height() as f32))
+    }
+
     /// A scene with the default components, seen as the scene says in a picture of this aspect.
     pub fn new(token: AnyToken, scene: Scene<N>, aspect: f32) -> Self {
         let camera = Arc::new(Pinhole::new(scene.view(aspect)));

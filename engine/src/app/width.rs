@@ -8,8 +8,6 @@ use std::str::FromStr;
 pub enum PacketWidth {
     /// Single rays.
     W1,
-    /// 2 x 2 pixels.
-    W4,
     /// 4 x 2 pixels.
     W8,
     /// 4 x 4 pixels.
@@ -23,13 +21,12 @@ pub enum PacketWidth {
 
 impl PacketWidth {
     /// All of them.
-    pub const ALL: [Self; 6] = [Self::W1, Self::W4, Self::W8, Self::W16, Self::W64, Self::W256];
+    pub const ALL: [Self; 5] = [Self::W1, Self::W8, Self::W16, Self::W64, Self::W256];
 
     /// The number of rays.
     pub const fn rays(self) -> usize {
         match self {
             Self::W1 => 1,
-            Self::W4 => 4,
             Self::W8 => 8,
             Self::W16 => 16,
             Self::W64 => 64,
@@ -40,7 +37,7 @@ impl PacketWidth {
 
 /// A packet width that the engine was not built for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("packets hold 1, 4, 8, 16, 64 or 256 rays, not {0}")]
+#[error("packets hold 1, 8, 16, 64 or 256 rays, not {0}")]
 pub struct UnknownWidth(String);
 
 impl FromStr for PacketWidth {
@@ -63,7 +60,7 @@ impl fmt::Display for PacketWidth {
 #[macro_export]
 macro_rules! with_packet_width {
     ($width:expr, $n:ident => $body:expr) => {
-        $crate::with_packet_width!(@ $width, $n, $body, W1 1, W4 4, W8 8, W16 16, W64 64, W256 256)
+        $crate::with_packet_width!(@ $width, $n, $body, W1 1, W8 8, W16 16, W64 64, W256 256)
     };
     (@ $width:expr, $n:ident, $body:expr, $($variant:ident $rays:literal),+) => {
         match $width {

@@ -65,7 +65,7 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "LEVEL")]
     pub(crate) isa: Option<Level>,
 
-    /// Rays in a packet: 1, 4, 8, 16, 64 or 256
+    /// Rays in a packet: 1, 8, 16, 64 or 256
     #[arg(short, long, value_name = "N", default_value_t)]
     pub(crate) packet: PacketWidth,
 

@@ -44,7 +44,7 @@ impl<const N: usize> PixelSampler<N> for Jittered {
         let samples = (self.side * self.side) as usize;
         let mut packet = RayPacket::<N>::default();
         // As many whole pixels as fit into a packet; where not even one does, one pixel in several packets.
-        for_each_piece(fragment, N / samples, |pixels| {
+        for_each_piece::<N>(fragment, N / samples, |pixels| {
             let mut sum = Vec3::ZERO;
             for first in (0..pixels.len() * samples).step_by(N) {
                 let count = N.min(pixels.len() * samples - first);

@@ -66,8 +66,12 @@ impl fmt::Display for SamplerKind {
 }
 
 /// Gives a sampled pixel its colour, and with it the square that it stands for (see [`Fragment::step`]).
+#[inline]
 fn fill(out: &FrameBuffer, fragment: &Fragment, [x, y]: [u32; 2], color: u32) {
     let (x, y) = (x as usize, y as usize);
+    if fragment.step == 1 {
+        return out.set(x, y, color);
+    }
     for y in y..(y + fragment.step).min(fragment.y1) {
         for x in x..(x + fragment.step).min(fragment.x1) {
             out.set(x, y, color);

@@ -1,11 +1,9 @@
 //! One sample a pixel, in its middle.
 
-use glam::Vec3;
-use mobula_core::rays::vec3;
 use mobula_core::{Properties, RayPacket};
 
 use super::{fill, morton::for_each_piece};
-use crate::color::to_pixel;
+use crate::color::to_pixels;
 use crate::image::FrameBuffer;
 use crate::stack::{Camera, Context, Fragment, PixelSampler};
 
@@ -21,7 +19,8 @@ impl<const N: usize> PixelSampler<N> for SingleSample {
         if N.is_power_of_two() {
             known |= Properties::HAVE_CORNER_RAYS;
         }
-        for_each_piece(fragment, N, |pixels| {
+        let mut shown = [0; N];
+        for_each_piece::<N>(fragment, N, |pixels| {
             packet.reset(0..pixels.len());
             packet.channel = fragment.channel as u32;
             for (i, pixel) in pixels.iter().enumerate() {
@@ -32,9 +31,9 @@ impl<const N: usize> PixelSampler<N> for SingleSample {
             packet.promise(known | one);
             camera.make_rays(context, size, &mut packet);
             context.renderer.trace(context, &mut packet);
-            for (i, &[x, y]) in pixels.iter().enumerate() {
-                let color: Vec3 = vec3(&packet.color, i);
-                fill(out, &fragment, [x, y], to_pixel(color));
+            to_pixels(context.token, &packet.color, pixels.len(), &mut shown);
+            for (&pixel, &color) in pixels.iter().zip(&shown) {
+                fill(out, &fragment, pixel, color);
             }
         });
     }

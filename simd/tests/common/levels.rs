@@ -12,14 +12,6 @@ pub(crate) fn at(level: Level, body: fn(AnyToken)) {
     }
 }
 
-/// Runs `body` with the one-lane twin of the fused family, or says that it did not.
-pub(crate) fn at_fused(body: fn(AnyToken)) {
-    match AnyToken::available().map(AnyToken::twin).find(|twin| twin.fused()) {
-        Some(twin) => body(twin),
-        None => skip("fused"),
-    }
-}
-
 /// To standard error itself: the test harness hides what `eprintln!` says in a test that passes.
 fn skip(name: &str) {
     let line = format!("skipped: {name} is not available on this machine\n");
@@ -33,10 +25,6 @@ macro_rules! at_every_level {
             #[test]
             fn [<$body _scalar>]() {
                 $crate::levels::at(mobula_simd::Level::Scalar, $body);
-            }
-            #[test]
-            fn [<$body _fused>]() {
-                $crate::levels::at_fused($body);
             }
             #[test]
             fn [<$body _sse2>]() {

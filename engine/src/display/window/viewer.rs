@@ -249,16 +249,19 @@ impl Viewer {
     fn set_title(&mut self) {
         let Some(Open { window, .. }) = &self.open else { return };
         let progress = self.handle.progress();
-        let rays = self.screen.lock().rays_per_frame as f64;
         let seconds = progress.frame_seconds.max(1e-9);
+        // Those of the first frame are known when the second begins.
+        let rays = match self.screen.lock().rays_per_frame {
+            0 => String::new(),
+            rays => format!(", {:.1} Mrays/s", rays as f64 / seconds * 1e-6),
+        };
         let Chosen { renderer, sampler, shadows, .. } = self.chosen;
         let shadows = if shadows { "shadows" } else { "no shadows" };
         window.set_title(&format!(
-            "mobula: {} | {} | {:.1} frames/s, {:.1} Mrays/s | {}, {} thread{} | {renderer}, {sampler}, {shadows} | h: help",
+            "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows} | h: help",
             self.name,
             self.size,
             1.0 / seconds,
-            rays / seconds * 1e-6,
             self.engine,
             self.threads,
             if self.threads == 1 { "" } else { "s" },

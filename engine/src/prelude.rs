@@ -1,0 +1,14 @@
+//! What a program with components of its own names: `use mobula::prelude::*;`. The page of [`app`](crate::app) has one that
+//! gets by without.
+
+pub use std::sync::Arc;
+
+pub use glam::Vec3;
+pub use mobula_core::{RayPacket, SubPacket, rays::set_vec3};
+pub use mobula_simd::AnyToken;
+
+pub use crate::app::Components;
+pub use crate::image::Size;
+pub use crate::pipeline::{Config, Display, DisplayStage, Handle, Picture, Pipeline, Shown, display};
+pub use crate::scene::{Scene, SceneDescription};
+pub use crate::stack::{Background, Camera, Context, Light, Material, PixelSampler, Renderer};
