@@ -12,7 +12,7 @@ use std::sync::Arc;
 use clap::Parser;
 use mobula::app::{self, PacketWidth, Settings};
 use mobula::camera::View;
-use mobula::color::to_pixel;
+use mobula::color::to_pixels;
 use mobula::image::Size;
 use mobula::renderer::RendererKind;
 use mobula::sampler::morton;
@@ -26,7 +26,9 @@ use mobula_benches::embree::{Device, Entry, Interface, Quality, Scene};
 use mobula_benches::rays::{Found, NOTHING, RaySet};
 use mobula_benches::report::Spread;
 use mobula_benches::scenes::{self, Primitives, Triangles, VIEWS};
+use mobula_core::rays::set_vec3;
 use mobula_core::simd::{AnyToken, Level, Task, Token};
+use mobula_core::{Column, Columns3};
 
 /// Measures frames.
 #[derive(Debug, Parser)]
@@ -104,6 +106,7 @@ fn describe(view: &scenes::View, data: &std::path::Path) -> Result<(SceneDescrip
 
 /// The bare loop.
 struct Bare<'a> {
+    token: AnyToken,
     scene: &'a Scene<'a>,
     interface: Interface,
     triangles: &'a Triangles,
@@ -120,6 +123,7 @@ struct Bare<'a> {
 
 impl<'a> Bare<'a> {
     fn new(
+        token: AnyToken,
         scene: &'a Scene<'a>,
         triangles: &'a Triangles,
         colors: &'a [glam::Vec3],
@@ -133,7 +137,20 @@ impl<'a> Bare<'a> {
         let found = Found::new(TILE * TILE);
         let interface = Interface { entry: Entry::Sixteen, coherent: true };
         let picture = vec![0; SIDE * SIDE];
-        Self { scene, interface, triangles, colors, view, light, rays, blocked: found.clone(), found, shadow, picture }
+        Self {
+            token,
+            scene,
+            interface,
+            triangles,
+            colors,
+            view,
+            light,
+            rays,
+            blocked: found.clone(),
+            found,
+            shadow,
+            picture,
+        }
     }
 }
 
@@ -159,11 +176,13 @@ impl Task for Frame<'_, '_> {
             if shadows {
                 bare.shade(pixel);
             } else {
+                let mut shown = [Column::splat(0.0); 3];
                 for i in 0..TILE * TILE {
-                    let ([x, y], hit) = (pixel(i), bare.found.primitive[i]);
+                    let hit = bare.found.primitive[i];
                     let color = if hit == NOTHING { glam::Vec3::ZERO } else { bare.colors[hit as usize] };
-                    bare.picture[y * SIDE + x] = to_pixel(color);
+                    set_vec3(&mut shown, i, color);
                 }
+                bare.write(&shown, pixel);
             }
         }
     }
@@ -223,10 +242,22 @@ impl Bare<'_> {
                 lit[usize::from(i)] = 0.0;
             }
         }
+        let mut shown = [Column::splat(0.0); 3];
         for i in 0..TILE * TILE {
-            let ([x, y], hit) = (pixel(i), self.found.primitive[i]);
+            let hit = self.found.primitive[i];
             let color = if hit == NOTHING { glam::Vec3::ZERO } else { self.colors[hit as usize] * (AMBIENT + lit[i]) };
-            self.picture[y * SIDE + x] = to_pixel(color);
+            set_vec3(&mut shown, i, color);
+        }
+        self.write(&shown, pixel);
+    }
+
+    /// Writes the pixels of a tile's colours, by the same kernel as Mobula.
+    fn write(&mut self, shown: &Columns3<{ TILE * TILE }>, pixel: impl Fn(usize) -> [usize; 2]) {
+        let mut pixels = [0; TILE * TILE];
+        to_pixels(self.token, shown, TILE * TILE, &mut pixels);
+        for (i, &color) in pixels.iter().enumerate() {
+            let [x, y] = pixel(i);
+            self.picture[y * SIDE + x] = color;
         }
     }
 }
@@ -269,7 +300,7 @@ fn measure(
     };
     let device = Device::new(isa, 1)?;
     let scene = Scene::new(&device, &primitives, Quality::Medium)?;
-    let mut bare = Bare::new(&scene, triangles, &colors, camera, light);
+    let mut bare = Bare::new(token, &scene, triangles, &colors, camera, light);
     for (what, renderer) in [("primary", RendererKind::Primary), ("shadows", RendererKind::Raytracer)] {
         let shadows = renderer == RendererKind::Raytracer;
         let size = Size::new(SIDE, SIDE)?;
