@@ -222,3 +222,32 @@ fn short_directions_with_a_zero_in_a_scene_of_some_size_find_through_the_tree_wh
         }
     }
 }
+
+/// From so far away that sums of bounds overflow; found by fuzzing.
+#[test]
+fn rays_from_the_end_of_the_numbers_find_through_the_tree_what_they_find_without() {
+    let walls =
+        |i: usize| [[0.0, -0.2, -0.2], [0.1, 0.3, -0.2], [0.05, 0.0, 0.3]].map(|[x, y, z]| [x + i as f32, y, z]);
+    let bvh = Bvh::<TriangleBlock>::triangles(20, 0, &Serial, walls);
+    let mut hits = 0;
+    for token in AnyToken::available() {
+        let mut packet = RayPacket::<24>::default();
+        packet.reset(0..24);
+        for i in 0..24 {
+            packet.set_ray(
+                i,
+                [-f32::MAX, -2.620_042_6e-16, -1.004_718_5e-33].into(),
+                [8.396_917_6e33, -5.2e-25, 0.0].into(),
+            );
+        }
+        packet.promise(Properties::COMMON_ORIGIN);
+        let (mut tree, mut all) = (packet.clone(), packet);
+        bvh.intersect(token, &mut tree);
+        bvh.intersect_all(token, &mut all);
+        for i in 0..24 {
+            assert_eq!(tree.hits.primitive[i], all.hits.primitive[i], "{token:?} ray {i}");
+            hits += usize::from(all.was_hit(i));
+        }
+    }
+    assert!(hits > 0);
+}

@@ -138,6 +138,9 @@ impl Beams {
                 beams.origin[1][axis] = Column::splat(x);
                 beams.scale = max(x.abs(), beams.scale);
             }
+            if beams.scale > FARTHEST {
+                beams.class = [MIXED; GROUPS];
+            }
         } else {
             for group in range.start / size..range.end.div_ceil(size) {
                 for axis in 0..if beams.class(group) == MIXED { 0 } else { 3 } {
