@@ -15,6 +15,9 @@ const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 126) as f32;
 /// which is more than traversal widens boxes by.
 const SHORTEST: f32 = 1.0 / (1u128 << 102) as f32;
 
+/// The axes in order when the last is dominant.
+pub(crate) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 /// Up to `N` rays as a structure of arrays. A ray is the half-open interval `(t_min, t_max]` of `origin + t * direction`;
 /// traversal lowers `t_max` to what it finds. Rays outside [`range`](Self::range) are neither read nor written.
 #[derive(Clone, Debug)]

@@ -8,12 +8,9 @@ use super::{Bounds, Bvh, Join, Quality};
 use crate::kernel::edges::Edges;
 use crate::kernel::groups::Groups;
 use crate::kernel::triangle::{ShearedRay, triangle};
-use crate::rays::last_axis;
+use crate::rays::{AXES, last_axis};
 use crate::traverse::SingleRay;
 use crate::{NO_HIT, Rays};
-
-/// The axes in order when the last is dominant.
-const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// Four triangles by corner, axis, and place.
 #[derive(Clone, Copy, Debug)]

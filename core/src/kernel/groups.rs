@@ -84,3 +84,29 @@ impl Groups {
         of
     }
 }
+
+/// The greatest of the groups of a mask.
+#[inline(always)]
+pub(crate) fn greatest<T: Token, const N: usize>(token: T, row: &Row, groups: u32) -> f32 {
+    let minus_inf = token.splat(f32::NEG_INFINITY);
+    let mut greatest = minus_inf;
+    let mut at = 0;
+    while at < group_lanes(N) {
+        greatest = token.load(&row[..], at).select(token.mask(groups >> at), minus_inf).max(greatest);
+        at += T::LANES;
+    }
+    greatest.reduce_max()
+}
+
+/// The least of the groups of a mask.
+#[inline(always)]
+pub(crate) fn least<T: Token, const N: usize>(token: T, row: &Row, groups: u32) -> f32 {
+    let inf = token.splat(f32::INFINITY);
+    let mut least = inf;
+    let mut at = 0;
+    while at < group_lanes(N) {
+        least = token.load(&row[..], at).select(token.mask(groups >> at), inf).min(least);
+        at += T::LANES;
+    }
+    least.reduce_min()
+}

@@ -11,14 +11,12 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::PAD;
 use crate::bvh::Node;
-use crate::kernel::groups::{GROUPS, Groups, Parallel, Row, group_lanes, group_size};
+use crate::kernel::groups::{GROUPS, Groups, Parallel, Row, greatest, group_lanes, group_size, least};
+use crate::rays::AXES;
 use crate::{Column, Rays};
 
 /// The class of a group whose rays have nothing in common: they go one by one.
 pub(super) const MIXED: u8 = u8::MAX;
-
-/// x, y, z in order when the axis z is dominant.
-const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beams {
@@ -486,30 +484,4 @@ fn bases<T: Token, const N: usize>(
 #[inline(always)]
 fn max(x: f32, y: f32) -> f32 {
     if x > y { x } else { y }
-}
-
-/// The greatest of the groups of a mask.
-#[inline(always)]
-fn greatest<T: Token, const N: usize>(token: T, row: &Row, groups: u32) -> f32 {
-    let minus_inf = token.splat(f32::NEG_INFINITY);
-    let mut greatest = minus_inf;
-    let mut at = 0;
-    while at < group_lanes(N) {
-        greatest = token.load(&row[..], at).select(token.mask(groups >> at), minus_inf).max(greatest);
-        at += T::LANES;
-    }
-    greatest.reduce_max()
-}
-
-/// The least of the groups of a mask.
-#[inline(always)]
-fn least<T: Token, const N: usize>(token: T, row: &Row, groups: u32) -> f32 {
-    let inf = token.splat(f32::INFINITY);
-    let mut least = inf;
-    let mut at = 0;
-    while at < group_lanes(N) {
-        least = token.load(&row[..], at).select(token.mask(groups >> at), inf).min(least);
-        at += T::LANES;
-    }
-    least.reduce_min()
 }
