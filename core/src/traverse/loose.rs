@@ -129,32 +129,50 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
         stack: &mut [Entry; STACK],
         top: &mut usize,
     ) -> Entry {
-        let mut children = Met::new(stack, *top);
+        // All tests first, then what follows from them: one branch that nobody foresees in place of one a child.
         let mut close = self.close(token, node);
+        let mut meeting = [0u32; 8];
+        let mut nears = [[0.0f32; TOGETHER]; 8];
+        let mut met = 0u32;
         while close != 0 {
             let slot = close.trailing_zeros() as usize % 8;
             close &= close - 1;
-            let mut met = 0;
-            let mut near = token.splat(f32::INFINITY);
             let mut lane = 0;
             while lane < TOGETHER {
-                let (hit, entry) = self.slabs(token, node, slot, lane);
-                let hit = hit & token.mask(rays >> lane);
-                met |= hit.bits() << lane;
-                near = entry.select(hit, token.splat(f32::INFINITY)).min(near);
+                let (hit, near) = self.slabs(token, node, slot, lane);
+                meeting[slot] |= (hit.bits() << lane) & rays;
+                if !H::ANY {
+                    near.store(&mut nears[slot], lane);
+                }
                 lane += T::LANES;
             }
-            if met == 0 {
-                continue;
-            }
+            met |= u32::from(meeting[slot] != 0) << slot;
+        }
+        let mut children = Met::new(stack, *top);
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize % 8;
+            met &= met - 1;
             let child = node.child[slot];
             self.bvh.prefetch(child);
             // The order of any hits is not worth a sort.
-            let near = if H::ANY { f32::NEG_INFINITY } else { near.reduce_min() };
-            children.add(Entry { child, near, groups: met }, !H::ANY);
+            let near = if H::ANY { f32::NEG_INFINITY } else { self.first(token, &nears[slot], meeting[slot]) };
+            children.add(Entry { child, near, groups: meeting[slot] }, !H::ANY);
         }
         *top = children.top;
         children.nearest
+    }
+
+    /// Where the first of the rays gets to a child.
+    #[inline(always)]
+    fn first<T: Token>(&self, token: T, nears: &[f32; TOGETHER], rays: u32) -> f32 {
+        let inf = token.splat(f32::INFINITY);
+        let mut first = inf;
+        let mut lane = 0;
+        while lane < TOGETHER {
+            first = token.load(nears, lane).select(token.mask(rays >> lane), inf).min(first);
+            lane += T::LANES;
+        }
+        first.reduce_min()
     }
 
     /// Which children overlap the box around all rays: few, where rays are short.
@@ -221,16 +239,23 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
     fn go_alone<T: Token>(&mut self, token: T, entry: Entry, stack: &mut [Entry; STACK], top: usize) {
         let mut rays = entry.groups;
         while rays != 0 {
-            let i = self.at + rays.trailing_zeros() as usize;
+            let lane = rays.trailing_zeros() as usize % TOGETHER;
             rays &= rays - 1;
+            let mut edge = [[0.0; 3]; 2];
+            for (edge, columns) in edge.iter_mut().zip(&self.edge) {
+                for (edge, column) in edge.iter_mut().zip(columns) {
+                    *edge = column[lane];
+                }
+            }
             token.run(single::Alone {
                 bvh: self.bvh,
                 rays: self.rays,
                 target: self.target,
-                roots: Roots::at(entry.child),
+                child: entry.child,
+                edge,
                 stack,
                 base: top,
-                i,
+                i: self.at + lane,
             });
         }
     }

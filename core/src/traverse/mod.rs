@@ -107,10 +107,6 @@ impl Roots {
         Self { root: Some(bvh.root), next: 0, end: 1 }
     }
 
-    fn at(child: Child) -> Self {
-        Self { root: Some(child), next: 0, end: 1 }
-    }
-
     fn all<B: Block>(bvh: &Bvh<B>) -> Self {
         Self { root: None, next: 0, end: bvh.blocks.len() }
     }
@@ -123,7 +119,7 @@ impl Iterator for Roots {
     fn next(&mut self) -> Option<Child> {
         let here = self.next;
         self.next += 1;
-        (here < self.end).then(|| self.root.unwrap_or(Child::leaf(here, 1)))
+        (here < self.end).then(|| self.root.unwrap_or_else(|| Child::leaf(here, 1)))
     }
 }
 

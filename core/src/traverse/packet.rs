@@ -251,11 +251,13 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
             while lanes != 0 {
                 let i = 64 * word + lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
+                let edge = single::edge(self.rays, self.bvh.scale, i);
                 token.run(single::Alone {
                     bvh: self.bvh,
                     rays: self.rays,
                     target: self.target,
-                    roots: Roots::at(child),
+                    child,
+                    edge,
                     stack: above.stack,
                     base: above.top,
                     i,

@@ -3,7 +3,7 @@
 use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
 
 use super::stack::{Entry, Met};
-use super::{PAD, Roots, Target};
+use super::{PAD, Target};
 use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Child, Node, STACK};
 use crate::kernel::splat3;
@@ -30,12 +30,14 @@ pub struct SingleRay<T: Token> {
     pub t_max: T::F32,
 }
 
-/// Traces ray `i`: a task, so that packets share one copy of it. The stack is the caller's.
+/// Traces ray `i` through a subtree: a task, so that packets share one copy of it. The stack is the caller's.
 pub(super) struct Alone<'a, const N: usize, B, H> {
     pub(super) bvh: &'a Bvh<B>,
     pub(super) rays: &'a mut Rays<N>,
     pub(super) target: &'a mut H,
-    pub(super) roots: Roots,
+    pub(super) child: Child,
+    /// See [`edge`].
+    pub(super) edge: [[f32; 3]; 2],
     pub(super) stack: &'a mut [Entry; STACK],
     /// Where the stack is free.
     pub(super) base: usize,
@@ -47,23 +49,37 @@ impl<const N: usize, B: Block, H: Target<N>> Task for Alone<'_, N, B, H> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let Self { bvh, rays, target, roots, stack, base, i } = self;
-        let mut walk = Walk::new(token.narrow(), bvh, rays, i, target.id(i));
-        for root in roots {
-            walk.from::<N, H>(root, stack, base);
-        }
+        let Self { bvh, rays, target, child, edge, stack, base, i } = self;
+        let mut walk = Walk::new(token.narrow(), bvh, rays, &edge, i, target.id(i));
+        walk.down::<N, H>(child, stack, base);
         if let Some((t, id)) = walk.found {
             target.set(rays, i, t, id);
         }
     }
 }
 
+/// What to subtract from the distances of low and of high planes: those of ray `i`'s origin, moved outwards by the margin of
+/// rounding. NaN, which `min` and `max` pass over, where products overflow, as those of short directions.
+#[inline(always)]
+pub(super) fn edge<const N: usize>(rays: &Rays<N>, scale: f32, i: usize) -> [[f32; 3]; 2] {
+    let (origin, inverse) = (rays.origins(), rays.inverse_columns());
+    let largest = (0..3).fold(scale, |s, k| if origin[k][i].abs() > s { origin[k][i].abs() } else { s });
+    let margin = largest * PAD;
+    let mut edge = [[f32::NAN; 3]; 2];
+    for k in 0..3 {
+        let inverse = inverse[k][i];
+        if (4.0 * largest * inverse).is_finite() {
+            (edge[0][k], edge[1][k]) = ((origin[k][i] + margin) * inverse, (origin[k][i] - margin) * inverse);
+        }
+    }
+    edge
+}
+
 struct Walk<'a, T: Token, B> {
     token: T,
     bvh: &'a Bvh<B>,
     ray: SingleRay<T>,
-    /// What to subtract from the distances of the nearer and farther planes: that of the origin, moved outwards by the
-    /// margin of rounding.
+    /// What to subtract from the distances of the nearer and farther planes.
     edge: [[T::F32; 3]; 2],
     /// Rows of a node's planes that the ray meets first and last.
     rows: [[usize; 3]; 2],
@@ -74,22 +90,23 @@ struct Walk<'a, T: Token, B> {
 
 impl<'a, T: Token, B: Block> Walk<'a, T, B> {
     #[inline(always)]
-    fn new<const N: usize>(token: T, bvh: &'a Bvh<B>, rays: &Rays<N>, i: usize, id: u32) -> Self {
+    fn new<const N: usize>(
+        token: T,
+        bvh: &'a Bvh<B>,
+        rays: &Rays<N>,
+        edge: &[[f32; 3]; 2],
+        i: usize,
+        id: u32,
+    ) -> Self {
         let (origin, direction) = (rays.origins(), rays.directions());
         let shear = rays.shear_columns();
         let inverse = rays.inverse_columns();
-        let largest = (0..3).fold(bvh.scale, |s, k| if origin[k][i].abs() > s { origin[k][i].abs() } else { s });
-        let margin = largest * PAD;
         let [mut near, mut far] = [[token.splat(0.0); 3]; 2];
         let mut rows = [[0; 3]; 2];
         for k in 0..3 {
-            let (low, high) = (origin[k][i] - margin, origin[k][i] + margin);
-            let negative = inverse[k][i] < 0.0;
-            // Where products overflow, as those of short directions, NaN: `min` and `max` pass over the axis.
-            let inverse = if (4.0 * largest * inverse[k][i]).is_finite() { inverse[k][i] } else { f32::NAN };
-            near[k] = token.splat(if negative { low } else { high } * inverse);
-            far[k] = token.splat(if negative { high } else { low } * inverse);
-            (rows[0][k], rows[1][k]) = if negative { (k + 3, k) } else { (k, k + 3) };
+            let negative = usize::from(inverse[k][i] < 0.0);
+            (near[k], far[k]) = (token.splat(edge[negative][k]), token.splat(edge[1 - negative][k]));
+            (rows[0][k], rows[1][k]) = (k + 3 * negative, k + 3 * (1 - negative));
         }
         Self {
             token,
@@ -112,17 +129,12 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
         }
     }
 
+    /// Walks down from a child; what waits is on the stack from `base`.
     #[inline(always)]
-    fn from<const N: usize, H: Target<N>>(&mut self, root: Child, stack: &mut [Entry; STACK], base: usize) {
-        stack[base] = Entry { child: root, near: f32::NEG_INFINITY, groups: 1 };
-        let mut top = base + 1;
-        while top > base {
-            top -= 1;
-            if stack[top].near > self.t_max {
-                continue;
-            }
+    fn down<const N: usize, H: Target<N>>(&mut self, mut child: Child, stack: &mut [Entry; STACK], base: usize) {
+        let mut top = base;
+        loop {
             // Down to a leaf by the nearest child each time; the others wait.
-            let mut child = stack[top].child;
             while !child.is_leaf() {
                 let Some(node) = self.bvh.nodes.get(child.index()) else { return };
                 child = self.nearest::<N, H>(node, stack, &mut top);
@@ -131,6 +143,15 @@ impl<'a, T: Token, B: Block> Walk<'a, T, B> {
             if H::ANY && self.found.is_some() {
                 return;
             }
+            child = loop {
+                if top <= base {
+                    return;
+                }
+                top -= 1;
+                if stack[top].near <= self.t_max {
+                    break stack[top].child;
+                }
+            };
         }
     }
 
