@@ -137,15 +137,16 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
         while close != 0 {
             let slot = close.trailing_zeros() as usize % 8;
             close &= close - 1;
-            let mut lane = 0;
+            let (mut these, mut lane) = (0, 0);
             while lane < TOGETHER {
                 let (hit, near) = self.slabs(token, node, slot, lane);
-                meeting[slot] |= (hit.bits() << lane) & rays;
+                these |= hit.bits() << lane;
                 if !H::ANY {
                     near.store(&mut nears[slot], lane);
                 }
                 lane += T::LANES;
             }
+            meeting[slot] = these & rays;
             met |= u32::from(meeting[slot] != 0) << slot;
         }
         let mut children = Met::new(stack, *top);
