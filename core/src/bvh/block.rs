@@ -44,8 +44,8 @@ pub trait Block: Copy + Send + Sync + 'static {
         [u32::MAX; BLOCK]
     }
 
-    /// Tests primitive `i` of a prepared block against the rays from `at`: which lanes hit within their intervals, and
-    /// where. All directions have the dominant axis `axis`, unless the rays have their `OWN_AXES`.
+    /// Tests primitive `i` of a prepared block against the rays from `at` in the lanes `among`: which hit within their intervals,
+    /// and where. All directions have the dominant axis `axis`, unless the rays have their `OWN_AXES`.
     fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
         token: T,
         prepared: &Self::Prepared,
@@ -53,6 +53,7 @@ pub trait Block: Copy + Send + Sync + 'static {
         axis: usize,
         rays: &Rays<N>,
         at: usize,
+        among: T::Mask,
     ) -> (T::Mask, T::F32);
 
     /// Tests all four against one ray: lane i is primitive i. With one lane, `i` is which; otherwise it is 0.

@@ -80,17 +80,17 @@ impl Block for SphereBlock {
         _axis: usize,
         rays: &Rays<N>,
         at: usize,
+        among: T::Mask,
     ) -> (T::Mask, T::F32) {
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
         let direction = load3(token, rays.directions(), at);
         let center = splat3(token, [center[0][i], center[1][i], center[2][i]]);
         let center = if COMMON_ORIGIN { center } else { sub(load3(token, rays.origins(), at), center) };
         let radius2 = token.splat(radius2[i]);
-        let all = token.mask(u32::MAX);
         if rays.properties().contains(Properties::NORMALIZED_DIRECTIONS) {
-            sphere::<T, true>(token, all, center, radius2, direction, t_min, t_max)
+            sphere::<T, true>(token, among, center, radius2, direction, t_min, t_max)
         } else {
-            sphere::<T, false>(token, all, center, radius2, direction, t_min, t_max)
+            sphere::<T, false>(token, among, center, radius2, direction, t_min, t_max)
         }
     }
 

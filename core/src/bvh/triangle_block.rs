@@ -118,6 +118,7 @@ impl Block for TriangleBlock {
         axis: usize,
         rays: &Rays<N>,
         at: usize,
+        among: T::Mask,
     ) -> (T::Mask, T::F32) {
         let shear = rays.shear_columns();
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
@@ -141,7 +142,7 @@ impl Block for TriangleBlock {
                 *corner = last_axis::<T>(*corner, on_y, on_z);
             }
         }
-        triangle(token, token.mask(u32::MAX), corners, &ray)
+        triangle(token, among, corners, &ray)
     }
 
     #[inline(always)]

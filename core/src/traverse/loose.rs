@@ -224,8 +224,8 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 let mut lane = 0;
                 while lane < TOGETHER {
                     let rays = token.mask(entry.groups >> lane);
-                    let (hit, t) = B::test::<T, N, false, true>(token, &prepared, i, 0, self.rays, self.at + lane);
-                    let hit = hit & rays;
+                    let (hit, t) =
+                        B::test::<T, N, false, true>(token, &prepared, i, 0, self.rays, self.at + lane, rays);
                     if hit.any() {
                         self.target.record(token, self.rays, self.at + lane, hit, t, id);
                     }

@@ -273,6 +273,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         let size = group_size(N);
         let axis = self.beams.axis();
         let Some(blocks) = self.bvh.blocks.get(entry.child.blocks()) else { return };
+        let all = token.mask(u32::MAX);
         let mut changed = 0u32;
         for block in blocks {
             let prepared = block.prepare::<N, COMMON_ORIGIN>(self.rays);
@@ -291,7 +292,8 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                     groups &= groups - 1;
                     let mut at = group * size;
                     while at < (group + 1) * size {
-                        let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at);
+                        let (hit, t) =
+                            B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at, all);
                         if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
                             changed |= 1 << group;
                         }

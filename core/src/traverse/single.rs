@@ -90,14 +90,7 @@ struct Walk<'a, T: Token, B> {
 
 impl<'a, T: Token, B: Block> Walk<'a, T, B> {
     #[inline(always)]
-    fn new<const N: usize>(
-        token: T,
-        bvh: &'a Bvh<B>,
-        rays: &Rays<N>,
-        edge: &[[f32; 3]; 2],
-        i: usize,
-        id: u32,
-    ) -> Self {
+    fn new<const N: usize>(token: T, bvh: &'a Bvh<B>, rays: &Rays<N>, edge: &[[f32; 3]; 2], i: usize, id: u32) -> Self {
         let (origin, direction) = (rays.origins(), rays.directions());
         let shear = rays.shear_columns();
         let inverse = rays.inverse_columns();
