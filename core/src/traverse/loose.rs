@@ -1,4 +1,4 @@
-//! Rays that have nothing in common, 16 at a time: as long as several of them meet the same boxes they go together, each box
+//! Rays that have nothing in common, 64 at a time: as long as several of them meet the same boxes they go together, each box
 //! tested against each ray, then alone.
 //!
 //! Benthin et al., "Combining Single and Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC
@@ -12,14 +12,24 @@ use crate::bvh::block::BLOCK;
 use crate::bvh::{Block, Bvh, Node, STACK};
 use crate::{Column, NO_HIT, Rays};
 
-/// Rays that go together.
-pub(super) const TOGETHER: usize = 16;
+/// Rays that go together, at most.
+pub(super) const TOGETHER: usize = 64;
+/// As many of a packet.
+const fn together(width: usize) -> usize {
+    if width < TOGETHER { width.next_multiple_of(16) } else { TOGETHER }
+}
 /// So few rays go on alone; those that look for the nearest hit a little earlier, as they want an order of their own.
 const fn lonely(any: bool) -> u32 {
     if any { 2 } else { 4 }
 }
 
-/// The rays `at..at + 16` of a packet.
+/// Those of a mask in the vector from `lane`.
+#[inline(always)]
+fn part<T: Token>(rays: u64, lane: usize) -> u32 {
+    (rays >> lane) as u32 & (u32::MAX >> (32 - T::LANES))
+}
+
+/// The rays `at..at + 64` of a packet.
 pub(super) struct Loose<'a, const N: usize, B, H> {
     bvh: &'a Bvh<B>,
     rays: &'a mut Rays<N>,
@@ -33,7 +43,7 @@ pub(super) struct Loose<'a, const N: usize, B, H> {
 }
 
 impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
-    /// Looks at the rays `at..at + 16`, whose inverse directions are derived.
+    /// Looks at the rays `at..at + 64`, whose inverse directions are derived.
     #[inline(always)]
     pub(super) fn new<T: Token>(
         token: T,
@@ -46,7 +56,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
         let (inf, minus_inf, nan) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY), token.splat(f32::NAN));
         let (mut least, mut greatest) = ([inf; 3], [minus_inf; 3]);
         let mut lane = 0;
-        while lane < TOGETHER {
+        while lane < together(N) {
             let mut largest = token.splat(bvh.scale);
             for origin in rays.origins() {
                 largest = token.load(&origin[..], at + lane).abs().max(largest);
@@ -84,7 +94,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
 
     /// Walks the rays of a mask down from the roots.
     #[inline(always)]
-    pub(super) fn down<T: Token>(&mut self, token: T, rays: u32, roots: Roots, stack: &mut [Entry; STACK]) {
+    pub(super) fn down<T: Token>(&mut self, token: T, rays: u64, roots: Roots, stack: &mut [Entry; STACK]) {
         for root in roots {
             stack[0] = Entry { child: root, near: f32::NEG_INFINITY, groups: rays };
             let mut top = 1;
@@ -107,12 +117,12 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
 
     /// Which rays may still hit something from `near` on.
     #[inline(always)]
-    fn reaching<T: Token>(&self, token: T, near: f32) -> u32 {
+    fn reaching<T: Token>(&self, token: T, near: f32) -> u64 {
         let mut reaching = 0;
         let mut lane = 0;
-        while lane < TOGETHER {
+        while lane < together(N) {
             let t_max = token.load(&self.rays.t_max[..], self.at + lane);
-            reaching |= token.splat(near).le(t_max).bits() << lane;
+            reaching |= u64::from(token.splat(near).le(t_max).bits()) << lane;
             lane += T::LANES;
         }
         reaching
@@ -125,24 +135,26 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
         &self,
         token: T,
         node: &Node,
-        rays: u32,
+        rays: u64,
         stack: &mut [Entry; STACK],
         top: &mut usize,
     ) -> Entry {
         // All tests first, then what follows from them: one branch that nobody foresees in place of one a child.
         let mut close = self.close(token, node);
-        let mut meeting = [0u32; 8];
-        let mut nears = [[0.0f32; TOGETHER]; 8];
+        let mut meeting = [0u64; 8];
+        let mut nears = [[f32::INFINITY; TOGETHER]; 8];
         let mut met = 0u32;
         while close != 0 {
             let slot = close.trailing_zeros() as usize % 8;
             close &= close - 1;
             let (mut these, mut lane) = (0, 0);
-            while lane < TOGETHER {
-                let (hit, near) = self.slabs(token, node, slot, lane);
-                these |= hit.bits() << lane;
-                if !H::ANY {
-                    near.store(&mut nears[slot], lane);
+            while lane < together(N) {
+                if part::<T>(rays, lane) != 0 {
+                    let (hit, near) = self.slabs(token, node, slot, lane);
+                    these |= u64::from(hit.bits()) << lane;
+                    if !H::ANY {
+                        near.store(&mut nears[slot], lane);
+                    }
                 }
                 lane += T::LANES;
             }
@@ -156,7 +168,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
             let child = node.child[slot];
             self.bvh.prefetch(child);
             // The order of any hits is not worth a sort.
-            let near = if H::ANY { f32::NEG_INFINITY } else { self.first(token, &nears[slot], meeting[slot]) };
+            let near = if H::ANY { f32::NEG_INFINITY } else { Self::first(token, &nears[slot], meeting[slot]) };
             children.add(Entry { child, near, groups: meeting[slot] }, !H::ANY);
         }
         *top = children.top;
@@ -165,12 +177,12 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
 
     /// Where the first of the rays gets to a child.
     #[inline(always)]
-    fn first<T: Token>(&self, token: T, nears: &[f32; TOGETHER], rays: u32) -> f32 {
+    fn first<T: Token>(token: T, nears: &[f32; TOGETHER], rays: u64) -> f32 {
         let inf = token.splat(f32::INFINITY);
         let mut first = inf;
         let mut lane = 0;
-        while lane < TOGETHER {
-            first = token.load(nears, lane).select(token.mask(rays >> lane), inf).min(first);
+        while lane < together(N) {
+            first = token.load(nears, lane).select(token.mask(part::<T>(rays, lane)), inf).min(first);
             lane += T::LANES;
         }
         first.reduce_min()
@@ -222,8 +234,13 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                     break;
                 }
                 let mut lane = 0;
-                while lane < TOGETHER {
-                    let rays = token.mask(entry.groups >> lane);
+                while lane < together(N) {
+                    let rays = part::<T>(entry.groups, lane);
+                    if rays == 0 {
+                        lane += T::LANES;
+                        continue;
+                    }
+                    let rays = token.mask(rays);
                     let (hit, t) =
                         B::test::<T, N, false, true>(token, &prepared, i, 0, self.rays, self.at + lane, rays);
                     if hit.any() {

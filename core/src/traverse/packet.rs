@@ -1,7 +1,7 @@
 //! Packets through the tree.
 //!
 //! ```text
-//! groups with nothing in common go loose, 16 rays at a time
+//! groups with nothing in common go loose, 64 rays at a time
 //! for each class of the others: stack = [root, all groups of the class]
 //!     pop; leave out groups that have found something nearer
 //!     node: which of eight children may any ray meet?  all at once
@@ -58,13 +58,14 @@ pub(super) fn traverse<T: Token, const N: usize, B: Block, H: Target<N>>(
         rays.inverse_directions(token);
         let mut at = range.start / TOGETHER * TOGETHER;
         while at < range.end {
-            if single >> (at / group_size(N)) & 1 != 0 {
-                let mut active = 0;
-                let mut lane = 0;
-                while lane < TOGETHER {
-                    active |= rays.active(token, at + lane).bits() << lane;
-                    lane += T::LANES;
+            let (mut active, mut lane) = (0, 0);
+            while lane < TOGETHER && at + lane < range.end {
+                if single >> ((at + lane) / group_size(N)) & 1 != 0 {
+                    active |= u64::from(rays.active(token, at + lane).bits()) << lane;
                 }
+                lane += T::LANES;
+            }
+            if active != 0 {
                 paths.single += u64::from(active.count_ones());
                 Loose::new(token, bvh, rays, target, at).down(token, active, roots, &mut stack);
             }
@@ -109,7 +110,7 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
         let lanes = [0; WORDS];
         let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes };
         for child in roots {
-            stack[0] = Entry { child, near: f32::NEG_INFINITY, groups };
+            stack[0] = Entry { child, near: f32::NEG_INFINITY, groups: groups.into() };
             walk.down::<T, COMMON_ORIGIN>(token, stack);
         }
     }
@@ -137,14 +138,14 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         while top > 0 {
             top -= 1;
             let mut entry = stack[top];
-            entry.groups = self.beams.reaching::<T, N>(token, entry.groups, entry.near);
+            entry.groups = self.beams.reaching::<T, N>(token, entry.groups as u32, entry.near).into();
             if entry.groups == 0 {
                 continue;
             }
             // Down to a leaf by the nearest child each time; the others wait.
             while !entry.child.is_leaf() {
                 let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
-                entry = self.nearest::<T, COMMON_ORIGIN>(token, node, entry.groups, stack, &mut top);
+                entry = self.nearest::<T, COMMON_ORIGIN>(token, node, entry.groups as u32, stack, &mut top);
             }
             self.leaf::<T, COMMON_ORIGIN>(token, entry);
         }
@@ -185,7 +186,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
             }
             self.bvh.prefetch(child);
             // The order of any hits is not worth a sort.
-            children.add(Entry { child, near: passage.near[slot], groups }, !H::ANY);
+            children.add(Entry { child, near: passage.near[slot], groups: groups.into() }, !H::ANY);
         }
         *top = children.top;
         children.nearest
@@ -283,7 +284,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
             };
             for i in 0..BLOCK {
                 let id = block.ids()[i];
-                let mut groups = touched[i] & entry.groups;
+                let mut groups = touched[i] & entry.groups as u32;
                 if id == NO_HIT {
                     break;
                 }

@@ -9,7 +9,7 @@ pub(super) struct Entry {
     /// Where it is entered at the earliest.
     pub(super) near: f32,
     /// The groups (of [`Loose`](super::loose::Loose) the rays) that may meet it.
-    pub(super) groups: u32,
+    pub(super) groups: u64,
 }
 
 impl Entry {
