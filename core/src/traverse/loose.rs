@@ -20,7 +20,7 @@ const fn together(width: usize) -> usize {
 }
 /// So few rays go on alone; those that look for the nearest hit a little earlier, as they want an order of their own.
 const fn lonely(any: bool) -> u32 {
-    if any { 2 } else { 4 }
+    if any { 3 } else { 6 }
 }
 
 /// Those of a mask in the vector from `lane`.
