@@ -55,6 +55,7 @@
 //! | [`lanes`] | the traits: what every level can do, and the numeric contract |
 //! | [`dispatch`] | [`AnyToken`]: detection, choice at run time, `MOBULA_ISA`; [`Twin`]: what it is checked against |
 //! | [`clock`] | what kernels are measured with |
+//! | [`pages`] | memory in large pages |
 //! | [`one_lane`] | the lanes of [`Scalar`] and [`Fused`], the twins that the others must equal bit for bit |
 //! | [`scalar`] | [`Scalar`]: 1 lane, unfused, everywhere |
 //! | [`sse2`] | [`Sse2`]: 4 lanes, unfused, everywhere (NEON on aarch64, simd128 on wasm) |
@@ -78,6 +79,7 @@ pub mod fused;
 pub mod lanes;
 pub mod level;
 pub mod one_lane;
+pub mod pages;
 mod prefetch;
 pub mod scalar;
 pub mod sse2;

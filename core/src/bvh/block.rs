@@ -1,5 +1,6 @@
 //! What a leaf holds: four primitives of one kind as a structure of arrays, and how rays meet them.
 
+use bytemuck::Zeroable;
 use mobula_simd::Token;
 
 use super::Bounds;
@@ -10,8 +11,9 @@ use crate::traverse::SingleRay;
 /// Primitives in a block.
 pub const BLOCK: usize = 4;
 
-/// Four primitives of one kind. Unused places have the id [`NO_HIT`](crate::NO_HIT) and come last.
-pub trait Block: Copy + Send + Sync + 'static {
+/// Four primitives of one kind. Unused places have the id [`NO_HIT`](crate::NO_HIT) and come last. Zeros are what a builder's
+/// memory starts as.
+pub trait Block: Copy + Send + Sync + Zeroable + 'static {
     /// One primitive, as it is given.
     type Primitive: Copy;
     /// Four unused places.
@@ -26,6 +28,9 @@ pub trait Block: Copy + Send + Sync + 'static {
 
     /// Puts a primitive at a place.
     fn set(&mut self, place: usize, id: u32, primitive: &Self::Primitive);
+
+    /// The bounds of all its primitives; unused places have none.
+    fn whole(&self) -> Bounds;
 
     /// Scene-wide primitive ids.
     fn ids(&self) -> &[u32; BLOCK];

@@ -1,14 +1,14 @@
 //! Building: references to the primitives, a skeleton of ranges, then blocks and bounds from the leaves up.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
-use mobula_simd::AnyToken;
+use bytemuck::{Zeroable, zeroed_vec};
+use mobula_simd::{AnyToken, pages};
 
 use super::join::reduce;
 use super::morton::{self, Morton};
 use super::reference::{self, Reference};
-use super::sah::{Range, Sah};
+use super::sah::{Range, Reach, Sah};
 use super::wide::Skeleton;
 use super::{Block, Bounds, Bvh, Child, Join, Node, block::BLOCK};
 
@@ -37,21 +37,18 @@ impl<B: Block> Bvh<B> {
         primitive: impl Fn(usize) -> B::Primitive + Sync,
     ) -> Self {
         assert!(count <= (u32::MAX - first_id) as usize, "more primitives than ids");
-        let mut references = references::<B>(count, join, &primitive);
+        let (mut references, reach) = references::<B>(count, join, &primitive);
         let (primitives, mut skeleton) = (references.len(), Skeleton::default());
-        if primitives == 0 {
-            return skeleton.flesh(Child::EMPTY, primitives, first_id, join, &primitive, |_| 0);
-        }
         match quality {
             Quality::Fast => {
-                let keys = morton::sorted(join, &mut references);
+                let keys = morton::sorted(join, &references, &reach);
                 drop(references);
-                let root = skeleton.append(join, &Morton, &keys, 0);
+                let root = skeleton.root(join, &Morton, &keys[..]);
                 skeleton.flesh(root, primitives, first_id, join, &primitive, |i| morton::index(keys[i]))
             }
             Quality::Good => {
                 let sah = Sah { token: AnyToken::detect() };
-                let root = skeleton.append(join, &sah, Range::new(&mut references), 0);
+                let root = skeleton.root(join, &sah, Range::new(&mut references));
                 skeleton.flesh(root, primitives, first_id, join, &primitive, |i| reference::index(&references[i]))
             }
         }
@@ -69,29 +66,33 @@ impl Skeleton {
         primitive: &(impl Fn(usize) -> B::Primitive + Sync),
         number: impl Fn(usize) -> u32 + Sync,
     ) -> Bvh<B> {
-        let Self { nodes, counts } = self;
+        let Self { nodes: children, counts } = self;
         let (nodes, (blocks, starts)) = join.join(
-            || nodes.into_iter().map(|child| Node { child, ..Node::EMPTY }).collect(),
-            || (vec![B::EMPTY; counts.len()], starts(&counts)),
+            || filled(children.len(), children.iter().map(|&child| Node { child, ..Node::EMPTY })),
+            || (filled(counts.len(), core::iter::repeat_n(B::EMPTY, counts.len())), starts(&counts)),
         );
         let mut bvh = Bvh { nodes, blocks, root, bounds: Bounds::EMPTY, scale: 0.0, primitives, first_id };
         bvh.fill(join, &|at, block: &mut B| {
-            let (mut bounds, mut ids) = (Bounds::EMPTY, [u32::MAX; BLOCK]);
+            let mut ids = [u32::MAX; BLOCK];
             let places = starts[at] as usize..starts[at + 1] as usize;
             let count = places.len();
             for (id, place) in ids.iter_mut().zip(places) {
                 *id = number(place);
             }
-            ids.sort_unstable();
-            for (place, &id) in ids[..count].iter().enumerate() {
-                let its = primitive(id as usize);
-                bounds.merge(&B::bounds(&its).unwrap_or(Bounds::EMPTY));
-                block.set(place, first_id + id, &its);
+            for (place, &id) in sorted(ids)[..count].iter().enumerate() {
+                block.set(place, first_id + id, &primitive(id as usize));
             }
-            bounds
+            block.whole()
         });
         bvh
     }
+}
+
+/// Rising, without a branch.
+fn sorted([a, b, c, d]: [u32; BLOCK]) -> [u32; BLOCK] {
+    let (low, high) = ([a.min(b), c.min(d)], [a.max(b), c.max(d)]);
+    let (x, y) = (low[0].max(low[1]), high[0].min(high[1]));
+    [low[0].min(low[1]), x.min(y), x.max(y), high[0].max(high[1])]
 }
 
 /// Where blocks start, and the end.
@@ -104,27 +105,43 @@ fn starts(counts: &[u8]) -> Vec<u32> {
     core::iter::once(0).chain(ends).collect()
 }
 
-/// References to all primitives with bounds.
+/// References to all primitives with bounds, and how far their middles reach.
 fn references<B: Block>(
     count: usize,
     join: &impl Join,
     primitive: &(impl Fn(usize) -> B::Primitive + Sync),
-) -> Vec<Reference> {
-    let mut references = vec![[0.0; 8]; count];
+) -> (Vec<Reference>, Reach) {
+    let mut references = zeroed::<Reference>(count);
     let run = |references: &mut [Reference], start: usize| {
-        let mut kept = 0;
+        let (mut kept, mut reach) = (0, Reach::empty());
         for i in start..start + references.len() {
             if let Some(bounds) = B::bounds(&primitive(i)) {
                 references[kept] = reference::new(&bounds, i as u32);
+                reach.take(&references[kept]);
                 kept += 1;
             }
         }
-        kept
+        (kept, reach)
     };
-    let kept = reduce(join, &mut references, 0, &run, &|all, middle, left, right| {
+    let (kept, reach) = reduce(join, &mut references, 0, &run, &|all, middle, (left, a), (right, b)| {
         all.copy_within(middle..middle + right, left);
-        left + right
+        (left + right, a.merge(&b))
     });
     references.truncate(kept);
-    references
+    (references, reach)
+}
+
+/// Zeros that the system hands out when they are first written: by who fills them, in large pages.
+pub(super) fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
+    let mut memory = zeroed_vec(count);
+    pages::prefer_large(&mut memory);
+    memory
+}
+
+/// As many values, in large pages.
+fn filled<T>(count: usize, values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut memory = Vec::with_capacity(count);
+    pages::prefer_large(memory.spare_capacity_mut());
+    memory.extend(values);
+    memory
 }

@@ -3,15 +3,15 @@
 //! Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009. Middles are sorted along the Morton curve; ranges
 //! split where the highest bit changes that is not the same in all of their codes.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 use mobula_simd::{F32Lanes, I32Lanes, Token};
 
 use super::block::BLOCK;
+use super::build::zeroed;
 use super::join::{Join, reduce};
 use super::reference::{self, FOUR, Reference, middle2};
-use super::sah::{Reach, reach};
+use super::sah::Reach;
 use super::wide::Ranges;
 
 /// Bits of x, y and z in a code.
@@ -28,16 +28,13 @@ pub(super) fn index(key: Key) -> u32 {
     key as u32
 }
 
-/// The keys of all references, sorted.
-pub(super) fn sorted(join: &impl Join, references: &mut [Reference]) -> Vec<Key> {
-    let merge = |_: &mut [Reference], _, a: Reach, b: Reach| a.merge(&b);
-    let reach = reduce(join, references, 0, &|run, _| reach(run), &merge);
+/// The keys of all references, whose middles reach so far, sorted.
+pub(super) fn sorted(join: &impl Join, references: &[Reference], reach: &Reach) -> Vec<Key> {
     let extent = reach.high - reach.low;
     let cells = FOUR.load(&BITS.map(|bits| ((1 << bits) - 1) as f32), 0);
     // An axis along which all middles are the same, or all but, has one cell.
     let scale = (cells / extent).select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
-    let mut keys: Vec<Key> = vec![0; references.len()];
-    let references = &*references;
+    let mut keys = zeroed::<Key>(references.len());
     let run = |keys: &mut [Key], start: usize| {
         for (key, reference) in keys.iter_mut().zip(&references[start..]) {
             let mut cell = [0; 4];
@@ -48,9 +45,16 @@ pub(super) fn sorted(join: &impl Join, references: &mut [Reference]) -> Vec<Key>
         }
     };
     reduce(join, &mut keys, 0, &run, &|_, _, (), ()| ());
-    let mut room = vec![0; keys.len()];
+    let mut room = zeroed::<Key>(keys.len());
     // Halved once: with one thread each merge is a loss.
-    sort(join, &mut keys, &mut room, 1);
+    if keys.len() < 1 << 14 {
+        by_digits(&mut keys, &mut room);
+        return room;
+    }
+    let middle = keys.len() / 2;
+    let ((left, right), (left_room, right_room)) = (keys.split_at_mut(middle), room.split_at_mut(middle));
+    join.join(|| by_digits(left, left_room), || by_digits(right, right_room));
+    merge(join, left_room, right_room, &mut keys, 1);
     keys
 }
 
@@ -60,18 +64,6 @@ fn spread(x: u32) -> u32 {
     let x = (x | x << 8) & 0x0700_f00f;
     let x = (x | x << 4) & 0x430c_30c3;
     (x | x << 2) & 0x4924_9249
-}
-
-/// Sorts by halves, `halvings` times, then by digits.
-fn sort(join: &impl Join, keys: &mut [Key], room: &mut [Key], halvings: u32) {
-    if halvings == 0 || keys.len() < 1 << 14 {
-        return by_digits(keys, room);
-    }
-    let (left, right) = keys.split_at_mut(keys.len() / 2);
-    let (left_room, right_room) = room.split_at_mut(left.len());
-    join.join(|| sort(join, left, left_room, halvings - 1), || sort(join, right, right_room, halvings - 1));
-    merge(join, left, right, room, halvings);
-    keys.copy_from_slice(room);
 }
 
 /// Merges two sorted slices, after cutting both at the same key.
@@ -95,7 +87,7 @@ fn merge(join: &impl Join, left: &[Key], right: &[Key], to: &mut [Key], cuts: u3
     }
 }
 
-/// Sorts by code, stable: eleven bits at a time, the lowest first.
+/// Sorts by code, stable: eleven bits at a time, the lowest first. After three passes the result is in the room.
 fn by_digits(keys: &mut [Key], room: &mut [Key]) {
     const DIGITS: usize = 1 << 11;
     let digit = |key: Key, pass: usize| (key >> (32 + 11 * pass)) as usize % DIGITS;
@@ -118,8 +110,6 @@ fn by_digits(keys: &mut [Key], room: &mut [Key]) {
         }
         core::mem::swap(&mut from, &mut to);
     }
-    // Three passes: they ended in the room.
-    to.copy_from_slice(from);
 }
 
 /// Ranges of sorted keys.

@@ -1,11 +1,12 @@
 //! A node: the bounds of eight children as a structure of arrays, four cache lines.
 
+use bytemuck::Zeroable;
 use mobula_simd::Token;
 
 use super::Bounds;
 
 /// Where a child is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Zeroable)]
 #[repr(transparent)]
 pub struct Child(u32);
 
@@ -57,20 +58,17 @@ impl Child {
         start..start + (self.0 >> COUNT_SHIFT & 7) as usize + 1
     }
 
-    /// The same child after `nodes` nodes and `blocks` blocks were put before it.
+    /// The same child after `nodes` nodes and `blocks` blocks were put before it. Whether there are too many, is to be
+    /// asked once for the last of them.
+    #[inline(always)]
     pub(crate) fn moved(self, nodes: usize, blocks: usize) -> Self {
-        if self == Self::EMPTY {
-            self
-        } else if self.is_leaf() {
-            Self::leaf(self.blocks().start + blocks, self.blocks().len())
-        } else {
-            Self::node(self.index() + nodes)
-        }
+        let by = if self.is_leaf() { blocks } else { nodes };
+        if self == Self::EMPTY { self } else { Self(self.0 + by as u32) }
     }
 }
 
 /// Eight children. Unused places have empty bounds, which no ray meets.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node {
     /// `planes[0..3]`: low x, y, z of the children; `planes[3..6]`: high x, y, z.

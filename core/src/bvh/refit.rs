@@ -7,7 +7,7 @@ use super::join::{Join, each};
 use super::{Block, Bounds, Bvh, Child, Node};
 
 /// Subtrees of no more blocks are done without asking [`Join`].
-const GRAIN: usize = 4096;
+const GRAIN: usize = 1024;
 
 impl<B: Block> Bvh<B> {
     /// Follows primitives that moved: `primitive` gives what the tree was built over, by the same numbers, as it is now.

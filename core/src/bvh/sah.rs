@@ -146,20 +146,30 @@ pub(super) struct Reach {
 }
 
 impl Reach {
+    /// Of nothing.
+    #[inline(always)]
+    pub(super) fn empty() -> Self {
+        Self { low: FOUR.splat(f32::INFINITY), high: FOUR.splat(f32::NEG_INFINITY) }
+    }
+
+    /// Takes the middle of a box in.
+    #[inline(always)]
+    pub(super) fn take(&mut self, reference: &Reference) {
+        let middle = middle2(reference);
+        self.low = middle.min(self.low);
+        self.high = middle.max(self.high);
+    }
+
     pub(super) fn merge(&self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 }
 
 #[inline(always)]
-pub(super) fn reach(references: &[Reference]) -> Reach {
-    let (mut low, mut high) = (FOUR.splat(f32::INFINITY), FOUR.splat(f32::NEG_INFINITY));
-    for reference in references {
-        let middle = middle2(reference);
-        low = middle.min(low);
-        high = middle.max(high);
-    }
-    Reach { low, high }
+fn reach(references: &[Reference]) -> Reach {
+    let mut reach = Reach::empty();
+    references.iter().for_each(|reference| reach.take(reference));
+    reach
 }
 
 struct Binning {

@@ -1,5 +1,6 @@
 //! Four spheres.
 
+use bytemuck::Zeroable;
 use mobula_simd::Token;
 
 use super::block::{BLOCK, Block};
@@ -10,7 +11,7 @@ use crate::traverse::SingleRay;
 use crate::{NO_HIT, Properties, Rays};
 
 /// Four spheres: centres by axis, radii.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(16))]
 pub struct SphereBlock {
     center: [[f32; BLOCK]; 3],
@@ -47,6 +48,15 @@ impl Block for SphereBlock {
         (self.center[0][place], self.center[1][place], self.center[2][place]) = (x, y, z);
         self.radius[place] = r;
         self.ids[place] = id;
+    }
+
+    fn whole(&self) -> Bounds {
+        let mut bounds = Bounds::EMPTY;
+        for i in 0..BLOCK {
+            let [x, y, z] = self.center.map(|row| row[i]);
+            bounds.merge(&Self::bounds(&[x, y, z, self.radius[i]]).unwrap_or(Bounds::EMPTY));
+        }
+        bounds
     }
 
     #[inline(always)]

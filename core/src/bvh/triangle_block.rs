@@ -1,5 +1,6 @@
 //! Four triangles.
 
+use bytemuck::Zeroable;
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::block::{BLOCK, Block};
@@ -13,7 +14,7 @@ use crate::traverse::SingleRay;
 use crate::{NO_HIT, Rays};
 
 /// Four triangles by corner, axis, and place.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(32))]
 pub struct TriangleBlock {
     corners: [[[f32; BLOCK]; 3]; 3],
@@ -66,6 +67,20 @@ impl Block for TriangleBlock {
             }
         }
         self.ids[place] = id;
+    }
+
+    #[inline(always)]
+    fn whole(&self) -> Bounds {
+        let mut bounds = Bounds::EMPTY;
+        for axis in 0..3 {
+            let [a, b, c] = [0, 1, 2].map(|corner| FOUR.load(&self.corners[corner][axis], 0));
+            let (mut lows, mut highs) = ([0.0; BLOCK], [0.0; BLOCK]);
+            a.min(b).min(c).store(&mut lows, 0);
+            a.max(b).max(c).store(&mut highs, 0);
+            bounds.low[axis] = lows.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+            bounds.high[axis] = highs.into_iter().fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a });
+        }
+        bounds
     }
 
     #[inline(always)]

@@ -11,7 +11,7 @@ use super::block::BLOCK;
 use super::join::{Join, each};
 
 /// Ranges up to this are built without asking [`Join`].
-const GRAIN: usize = 4096;
+const GRAIN: usize = 1 << 14;
 /// From this depth on ranges are halved by count: a node then has eight children of equal size, and 10 more levels hold
 /// 2^30 primitives. So no input makes a tree deeper than `DEPTH + 10`.
 const DEPTH: usize = 16;
@@ -39,14 +39,13 @@ pub(super) struct Skeleton {
 }
 
 impl Skeleton {
+    /// The tree of everything; nothing if there is nothing.
+    pub(super) fn root<'a, R: Ranges<'a>>(&mut self, join: &impl Join, ranges: &R, range: R::Range) -> Child {
+        if R::len(&range) == 0 { Child::EMPTY } else { self.append(join, ranges, range, 0) }
+    }
+
     /// Appends the subtree of a range and returns where it is.
-    pub(super) fn append<'a, R: Ranges<'a>>(
-        &mut self,
-        join: &impl Join,
-        ranges: &R,
-        range: R::Range,
-        depth: usize,
-    ) -> Child {
+    fn append<'a, R: Ranges<'a>>(&mut self, join: &impl Join, ranges: &R, range: R::Range, depth: usize) -> Child {
         let count = R::len(&range);
         if count <= BLOCK {
             self.counts.push(count as u8);
@@ -76,7 +75,12 @@ impl Skeleton {
     fn adopt(&mut self, child: Child, other: Self) -> Child {
         let (nodes, blocks) = (self.nodes.len(), self.counts.len());
         self.counts.extend(other.counts);
-        self.nodes.extend(other.nodes.into_iter().map(|children| children.map(|child| child.moved(nodes, blocks))));
+        self.nodes.extend(other.nodes);
+        // If the last fit, all do.
+        let _ = (Child::node(self.nodes.len()), Child::leaf(self.counts.len(), 1));
+        for child in self.nodes[nodes..].as_flattened_mut() {
+            *child = child.moved(nodes, blocks);
+        }
         child.moved(nodes, blocks)
     }
 }
