@@ -18,9 +18,10 @@ pub(super) const TOGETHER: usize = 64;
 const fn together(width: usize) -> usize {
     if width < TOGETHER { width.next_multiple_of(16) } else { TOGETHER }
 }
-/// So few rays go on alone; those that look for the nearest hit a little earlier, as they want an order of their own.
-const fn lonely(any: bool) -> u32 {
-    if any { 3 } else { 6 }
+/// So few rays go on alone: three that look for any hit where a vector has 16 lanes, more where it takes more vectors to test as
+/// many together; those that look for the nearest hit a little earlier, as they want an order of their own.
+const fn lonely(lanes: usize, any: bool) -> u32 {
+    (if any { 48 } else { 96 }) / lanes as u32
 }
 
 /// Those of a mask in the vector from `lane`.
@@ -102,11 +103,11 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 top -= 1;
                 let mut entry = stack[top];
                 entry.groups &= self.reaching(token, entry.near);
-                while !entry.child.is_leaf() && entry.groups.count_ones() > lonely(H::ANY) {
+                while !entry.child.is_leaf() && entry.groups.count_ones() > lonely(T::LANES, H::ANY) {
                     let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
                     entry = self.nearest(token, node, entry.groups, stack, &mut top);
                 }
-                if entry.groups.count_ones() > lonely(H::ANY) {
+                if entry.groups.count_ones() > lonely(T::LANES, H::ANY) {
                     self.leaf(token, entry);
                 } else {
                     self.go_alone(token, entry, stack, top);
