@@ -9,35 +9,24 @@ const LEAST: usize = 4;
 /// misses when addresses are translated ever after. Only whole large pages inside it are asked for, so no more memory is
 /// used, and none where there are few. A wish: contents stay, and nothing tells whether it was granted.
 pub fn prefer_large<T>(memory: &mut [T]) {
-    let start = (memory.as_mut_ptr() as usize).next_multiple_of(LARGE);
-    let end = (memory.as_mut_ptr_range().end as usize) / LARGE * LARGE;
+    let memory = memory.as_mut_ptr_range();
+    let start = (memory.start as usize).next_multiple_of(LARGE);
+    let end = (memory.end as usize) / LARGE * LARGE;
     if start + LEAST * LARGE <= end {
-        advise(start, end - start);
+        advise(memory.start.with_addr(start).cast(), end - start);
     }
 }
 
-#[cfg(all(target_os = "linux", target_arch = "x86_64", target_pointer_width = "64", not(miri)))]
-fn advise(start: usize, bytes: usize) {
-    const MADVISE: usize = 28;
-    const HUGE_PAGE: usize = 14;
-    // SAFETY: the call changes how the memory is backed, never what is in it, and reads and writes nothing of this program.
-    // The kernel leaves its result in rax and changes rcx and r11.
-    unsafe {
-        core::arch::asm!(
-            "syscall",
-            inout("rax") MADVISE => _,
-            in("rdi") start,
-            in("rsi") bytes,
-            in("rdx") HUGE_PAGE,
-            out("rcx") _,
-            out("r11") _,
-            options(nostack),
-        );
-    }
+#[cfg(all(target_os = "linux", not(miri)))]
+fn advise(start: *mut core::ffi::c_void, bytes: usize) {
+    // SAFETY: the advice changes how memory is backed, never what is in it; all of it is borrowed by the caller.
+    let granted = unsafe { rustix::mm::madvise(start, bytes, rustix::mm::Advice::LinuxHugepage) };
+    // A system without large pages refuses, and nothing is lost.
+    let _ = granted;
 }
 
-#[cfg(not(all(target_os = "linux", target_arch = "x86_64", target_pointer_width = "64", not(miri))))]
-fn advise(_start: usize, _bytes: usize) {}
+#[cfg(not(all(target_os = "linux", not(miri))))]
+fn advise(_start: *mut core::ffi::c_void, _bytes: usize) {}
 
 #[cfg(test)]
 mod tests {
