@@ -15,6 +15,12 @@ impl<T: Copy, const N: usize> Column<T, N> {
     }
 }
 
+impl<T: Copy + Default, const N: usize> Default for Column<T, N> {
+    fn default() -> Self {
+        Self::splat(T::default())
+    }
+}
+
 impl<T, const N: usize> Deref for Column<T, N> {
     type Target = [T; N];
     #[inline(always)]

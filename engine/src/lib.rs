@@ -46,5 +46,6 @@ pub mod renderer;
 pub mod sampler;
 pub mod scale;
 pub mod scene;
+mod scratch;
 pub mod stack;
 pub mod traverse;

@@ -134,7 +134,7 @@ pub trait Background<const N: usize>: Send + Sync {
 }
 
 /// What reaches a set of points from a light.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Illumination<const N: usize> {
     /// Unit vectors from the points to the light.
     pub direction: Columns3<N>,
@@ -142,13 +142,6 @@ pub struct Illumination<const N: usize> {
     pub radiance: Columns3<N>,
     /// Distance to the light, infinite for a directional one.
     pub distance: Column<f32, N>,
-}
-
-impl<const N: usize> Default for Illumination<N> {
-    fn default() -> Self {
-        let zero = Column::splat(0.0);
-        Self { direction: [zero; 3], radiance: [zero; 3], distance: zero }
-    }
 }
 
 impl<const N: usize> Illumination<N> {

@@ -5,6 +5,7 @@ use mobula_core::{AnyHitPacket, Properties};
 
 use crate::material::Points;
 use crate::pipeline::fault::scope;
+use crate::scratch::lend;
 use crate::stack::{Context, Illumination, Light};
 
 /// A light is near if it is within so many times the size of the scene: then shadow rays start at it.
@@ -40,7 +41,7 @@ pub fn illuminate<const N: usize>(
     }
 
     let facing = &facing[..count];
-    let mut packet = AnyHitPacket::<N>::default();
+    let mut packet = lend::<AnyHitPacket<N>>();
     packet.reset(0..count);
     match light.position().filter(|&position| is_near(context, position)) {
         Some(position) => {

@@ -2,10 +2,11 @@
 
 use glam::Vec3;
 use mobula_core::rays::{set_vec3, vec3};
-use mobula_core::{Column, Columns3, SubPacket};
+use mobula_core::{Columns3, SubPacket};
 
 use super::{Points, for_each_color};
 use crate::light::shadow;
+use crate::scratch::lend;
 use crate::stack::{Context, Illumination, Material};
 
 /// Scatters light evenly. Both sides of a surface look the same.
@@ -17,10 +18,11 @@ pub struct Lambertian {
 
 impl<const N: usize> Material<N> for Lambertian {
     fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let points = Points::new(context, hits);
-        let mut light = ambient(context, &points);
+        let (mut points, mut light) = (lend::<Points<N>>(), lend::<Columns3<N>>());
+        points.fill(context, hits);
+        ambient(context, &points, &mut light);
+        let mut arriving = lend::<Illumination<N>>();
         for source in &context.scene.lights {
-            let mut arriving = Illumination::default();
             shadow::illuminate(context, &**source, &points, &mut arriving);
             for i in points.range() {
                 add(&mut light, i, scattered(&points, &arriving, i));
@@ -38,13 +40,11 @@ impl<const N: usize> Material<N> for Lambertian {
     }
 }
 
-/// What arrives from everywhere, in the rows of `points`.
-pub(super) fn ambient<const N: usize>(context: &Context<'_, N>, points: &Points<N>) -> Columns3<N> {
-    let mut light = [Column::splat(0.0); 3];
+/// Sets the rows of `points` to what arrives from everywhere.
+pub(super) fn ambient<const N: usize>(context: &Context<'_, N>, points: &Points<N>, light: &mut Columns3<N>) {
     for i in points.range() {
-        set_vec3(&mut light, i, context.scene.ambient.at(points.normal(i)));
+        set_vec3(light, i, context.scene.ambient.at(points.normal(i)));
     }
-    light
 }
 
 /// What a perfectly white surface at point `i` scatters of what arrives there.

@@ -10,6 +10,7 @@ use super::{Points, for_each_color, secondary};
 use crate::light::shadow;
 use crate::math::{normalize, pow};
 use crate::scene::PhongDescription;
+use crate::scratch::lend;
 use crate::stack::{Context, Illumination, Material};
 
 /// Scatters, shines, mirrors, and lets through. Of all light that is not mirrored, a fraction comes from behind, unbent
@@ -51,11 +52,13 @@ impl Phong {
 
 impl<const N: usize> Material<N> for Phong {
     fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let points = Points::new(context, hits);
-        let mut light = ambient(context, &points);
-        let mut shine: Columns3<N> = [Column::splat(0.0); 3];
+        let (mut points, mut light) = (lend::<Points<N>>(), lend::<Columns3<N>>());
+        points.fill(context, hits);
+        ambient(context, &points, &mut light);
+        let mut shine = lend::<Columns3<N>>();
+        points.range().for_each(|i| set_vec3(&mut shine, i, Vec3::ZERO));
+        let mut arriving = lend::<Illumination<N>>();
         for source in &context.scene.lights {
-            let mut arriving = Illumination::default();
             shadow::illuminate(context, &**source, &points, &mut arriving);
             for i in points.range() {
                 let radiance = arriving.radiance(i);
@@ -105,9 +108,9 @@ impl Phong {
         color: &mut Columns3<N>,
     ) {
         let mirrors = self.reflection > 0.0 && (self.transparency == 0.0 || hits.depth <= DEEPEST_GLASS_MIRROR);
-        let mut mirrored = Column::splat(0.0);
-        let mut behind = Column::splat(0.0);
+        let (mut mirrored, mut behind) = (lend::<Column<f32, N>>(), lend::<Column<f32, N>>());
         for i in points.range() {
+            mirrored[i] = 0.0;
             if mirrors {
                 let (_, cosine) = self.mirror(hits, points, i);
                 let x = 1.0 - cosine;
@@ -119,21 +122,19 @@ impl Phong {
             set_vec3(color, i, kept);
         }
         if mirrors {
-            let seen = secondary::trace(context, hits, &mirrored, |i| {
+            secondary::trace(context, hits, &mirrored, color, |i| {
                 let (direction, _) = self.mirror(hits, points, i);
                 // A shading normal may mirror into the surface: then along it instead.
                 let geometric = points.geometric_normal(i);
                 let inwards = direction.dot(geometric).min(0.0);
                 (points.offset(i, 1.0, 0.0), normalize(direction - geometric * inwards))
             });
-            points.range().for_each(|i| add(color, i, vec3(&seen, i)));
         }
         if self.transparency > 0.0 {
-            let seen = secondary::trace(context, hits, &behind, |i| {
+            secondary::trace(context, hits, &behind, color, |i| {
                 let (_, direction) = hits.ray(i);
                 (points.offset(i, -1.0, 0.0), normalize(direction))
             });
-            points.range().for_each(|i| add(color, i, vec3(&seen, i)));
         }
     }
 }

@@ -9,7 +9,7 @@ use mobula_core::{Column, Columns3, SubPacket};
 use crate::stack::Context;
 
 /// What materials and lights need of the hits of a sub-packet, in the rows of its range.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Points<const N: usize> {
     /// Where the rays hit.
     pub position: Columns3<N>,
@@ -24,16 +24,9 @@ pub struct Points<const N: usize> {
 const OFFSET: f32 = 1.0 / 262_144.0;
 
 impl<const N: usize> Points<N> {
-    /// The points of `hits`; all derived values stay in the packet for who else wants them.
-    pub fn new(context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) -> Self {
-        let zero = [Column::splat(0.0); 3];
-        let mut points = Self {
-            position: zero,
-            normal: zero,
-            geometric_normal: zero,
-            magnitude: Column::splat(0.0),
-            range: hits.range(),
-        };
+    /// Becomes the points of `hits`; all derived values stay in the packet for who else wants them.
+    pub fn fill(&mut self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
+        self.range = hits.range();
         let scene = context.scene;
         let range = hits.range();
         let copy = |from: &Columns3<N>, to: &mut Columns3<N>| {
@@ -41,18 +34,17 @@ impl<const N: usize> Points<N> {
                 to[range.clone()].copy_from_slice(&from[range.clone()]);
             }
         };
-        copy(hits.positions(), &mut points.position);
-        copy(hits.forward_normals(scene.surface()), &mut points.normal);
-        copy(hits.geometric_normals(scene.surface()), &mut points.geometric_normal);
+        copy(hits.positions(), &mut self.position);
+        copy(hits.forward_normals(scene.surface()), &mut self.normal);
+        copy(hits.geometric_normals(scene.surface()), &mut self.geometric_normal);
         let mut near = 0;
         for i in range {
             let (_, direction) = hits.ray(i);
             let travelled = direction.abs().max_element() * hits.t_max[i];
             let extent = scene.geometry().extent(hits.hits.primitive[i], &mut near) * 0.125;
-            let magnitude = vec3(&points.position, i).abs().max_element().max(travelled).max(extent);
-            points.magnitude[i] = magnitude;
+            let magnitude = vec3(&self.position, i).abs().max_element().max(travelled).max(extent);
+            self.magnitude[i] = magnitude;
         }
-        points
     }
 
     /// The rows that are filled.

@@ -1,16 +1,18 @@
 //! Rays that go on from a hit: gathered into new packets on the stack, traced, and blended in (paper 5.4).
 
 use glam::Vec3;
-use mobula_core::rays::{set_vec3, vec3};
+use mobula_core::rays::vec3;
 use mobula_core::{Column, Columns3, Properties, RayPacket, SubPacket};
 
+use super::lambertian::add;
+use crate::scratch::lend;
 use crate::stack::Context;
 
 /// Rays below this weight are not worth tracing: they change no byte of a picture by more than one.
 const LEAST_WEIGHT: f32 = 1.0 / 512.0;
 
 /// Traces one ray for each row of `hits` whose `weight` is worth it, from `ray(i)` (origin and unit direction), and
-/// returns the weighted colours, zero in the other rows.
+/// adds the weighted colours to `out`.
 ///
 /// The new packet is packed densely. It has no common origin, and is as coherent as the surface is smooth.
 #[inline(never)]
@@ -18,9 +20,9 @@ pub(super) fn trace<const N: usize>(
     context: &Context<'_, N>,
     hits: &SubPacket<'_, N>,
     weight: &Column<f32, N>,
+    out: &mut Columns3<N>,
     ray: impl Fn(usize) -> (Vec3, Vec3),
-) -> Columns3<N> {
-    let mut out = [Column::splat(0.0); 3];
+) {
     let mut rows = [0_u16; N];
     let mut count = 0;
     for i in hits.range().filter(|&i| weight[i] >= LEAST_WEIGHT) {
@@ -28,9 +30,9 @@ pub(super) fn trace<const N: usize>(
         count += 1;
     }
     if count == 0 {
-        return out;
+        return;
     }
-    let mut packet = RayPacket::<N>::default();
+    let mut packet = lend::<RayPacket<N>>();
     packet.reset(0..count);
     packet.depth = hits.depth + 1;
     packet.channel = hits.channel;
@@ -44,7 +46,6 @@ pub(super) fn trace<const N: usize>(
     context.renderer.trace(context, &mut packet);
     for (k, &i) in rows[..count].iter().enumerate() {
         let i = usize::from(i);
-        set_vec3(&mut out, i, vec3(&packet.color, k) * weight[i]);
+        add(out, i, vec3(&packet.color, k) * weight[i]);
     }
-    out
 }

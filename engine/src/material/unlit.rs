@@ -1,9 +1,11 @@
 //! Materials that no light changes.
 
 use glam::Vec3;
-use mobula_core::SubPacket;
+use mobula_core::rays::{set_vec3, vec3};
+use mobula_core::{Columns3, SubPacket};
 
 use super::for_each_color;
+use crate::scratch::lend;
 use crate::stack::{Context, Material};
 
 /// The same colour everywhere.
@@ -15,9 +17,9 @@ pub struct Flat {
 
 impl<const N: usize> Material<N> for Flat {
     fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let mut colors = [self.color; N];
-        for_each_color(context, hits, |i, own| colors[i] *= own);
-        hits.range().for_each(|i| hits.set_color(i, colors[i]));
+        let mut colors = lend::<Columns3<N>>();
+        for_each_color(context, hits, |i, own| set_vec3(&mut colors, i, self.color * own));
+        hits.range().for_each(|i| hits.set_color(i, vec3(&colors, i)));
     }
 
     fn base_color(&self) -> Vec3 {

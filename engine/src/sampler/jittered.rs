@@ -8,6 +8,7 @@ use super::{fill, morton::for_each_piece};
 use crate::color::to_pixel;
 use crate::image::FrameBuffer;
 use crate::math::{hash, unit};
+use crate::scratch::lend;
 use crate::stack::{Camera, Context, Fragment, PixelSampler};
 
 /// Stratified sampling: `side * side` samples a pixel, each somewhere in its cell of a grid. Where depends on pixel,
@@ -42,7 +43,7 @@ impl<const N: usize> PixelSampler<N> for Jittered {
     fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer) {
         let size = [out.width() as u32, out.height() as u32];
         let samples = (self.side * self.side) as usize;
-        let mut packet = RayPacket::<N>::default();
+        let mut packet = lend::<RayPacket<N>>();
         // As many whole pixels as fit into a packet; where not even one does, one pixel in several packets.
         for_each_piece::<N>(fragment, N / samples, |pixels| {
             let mut sum = Vec3::ZERO;

@@ -5,6 +5,7 @@ use mobula_core::{Properties, RayPacket};
 use super::{fill, morton::for_each_piece};
 use crate::color::to_pixels;
 use crate::image::FrameBuffer;
+use crate::scratch::lend;
 use crate::stack::{Camera, Context, Fragment, PixelSampler};
 
 /// One ray through the middle of each pixel.
@@ -14,7 +15,7 @@ pub struct SingleSample;
 impl<const N: usize> PixelSampler<N> for SingleSample {
     fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer) {
         let size = [out.width() as u32, out.height() as u32];
-        let mut packet = RayPacket::<N>::default();
+        let mut packet = lend::<RayPacket<N>>();
         let mut known = Properties::HAVE_IMAGE_COORDINATES | Properties::CONSTANT_SAMPLE_REGION;
         if N.is_power_of_two() {
             known |= Properties::HAVE_CORNER_RAYS;
