@@ -151,14 +151,14 @@ fn measure(name: &str, token: AnyToken, arguments: &Arguments) -> Result<(), Box
     let side = arguments.side;
     let settings = Settings {
         token,
-        packet: PacketWidth::default(),
+        packet: PacketWidth::W64,
         threads: 1,
         size: Size::new(side, side)?,
         view: Some(view),
         renderer: RendererKind::Primary,
         ..Settings::default()
     };
-    assert_eq!(settings.packet.to_string(), N.to_string(), "the bare loop has the default width");
+    assert_eq!(settings.packet.to_string(), N.to_string(), "the bare loop has the same width");
     let mut pipeline = app::pipeline_with_geometry(&description, geometry.clone(), &settings)?;
     let scene = Scene::<N>::with_geometry(&description, geometry.clone(), settings.acceleration);
     let statistics = Statistics::default();

@@ -89,9 +89,10 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
+        let token = AnyToken::detect();
         Self {
-            token: AnyToken::detect(),
-            packet: PacketWidth::default(),
+            token,
+            packet: PacketWidth::best(token.level()),
             threads: Config::default().threads,
             size: Size::new(1024, 768).expect("a valid size"),
             view: None,

@@ -3,8 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
+use mobula_simd::Level;
+
 /// How many rays a packet holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum PacketWidth {
     /// Single rays.
     W1,
@@ -13,7 +15,6 @@ pub enum PacketWidth {
     /// 4 x 4 pixels.
     W16,
     /// 8 x 8 pixels.
-    #[default]
     W64,
     /// 16 x 16 pixels.
     W256,
@@ -22,6 +23,14 @@ pub enum PacketWidth {
 impl PacketWidth {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::W1, Self::W8, Self::W16, Self::W64, Self::W256];
+
+    /// The fastest for whole frames at a level, as measured (`benches/record`).
+    pub const fn best(level: Level) -> Self {
+        match level {
+            Level::Scalar | Level::Sse2 => Self::W64,
+            Level::Avx2 | Level::Avx512 => Self::W256,
+        }
+    }
 
     /// The number of rays.
     pub const fn rays(self) -> usize {

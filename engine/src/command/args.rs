@@ -65,9 +65,9 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "LEVEL")]
     pub(crate) isa: Option<Level>,
 
-    /// Rays in a packet: 1, 8, 16, 64 or 256
-    #[arg(short, long, value_name = "N", default_value_t)]
-    pub(crate) packet: PacketWidth,
+    /// Rays in a packet: 1, 8, 16, 64 or 256 [default: 256 at avx2 and avx512, else 64]
+    #[arg(short, long, value_name = "N")]
+    pub(crate) packet: Option<PacketWidth>,
 
     /// Renderer: raytracer, primary, normal, depth, uv or id
     #[arg(short, long, value_name = "NAME", default_value_t = RendererKind::Raytracer)]

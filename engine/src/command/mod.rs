@@ -74,7 +74,7 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
     };
     let mut settings = Settings {
         token,
-        packet: options.packet,
+        packet: options.packet.unwrap_or(app::PacketWidth::best(token.level())),
         threads: options.threads.unwrap_or(Config::default().threads),
         size: options.size,
         view: None,
