@@ -239,7 +239,7 @@ impl Bench<'_> {
             self.wrong(format!("{name}: {} of {} rays in the band", verdict.band, row.rays));
         }
         if let (Some(known), Kind::ShadowPoint) = (view.known, row.kind)
-            && verdict.hits[0].abs_diff(known.shadowed) > 16
+            && verdict.hits[0].abs_diff(known.shadowed) > (known.shadowed / 10_000).max(16)
         {
             self.wrong(format!("{name}: {} rays in shadow, not {}", verdict.hits[0], known.shadowed));
         }
