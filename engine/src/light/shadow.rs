@@ -41,7 +41,7 @@ pub fn illuminate<const N: usize>(
     }
 
     let facing = &facing[..count];
-    let mut packet = lend::<AnyHitPacket<N>>();
+    let packet: &mut AnyHitPacket<N> = &mut lend();
     packet.reset(0..count);
     match light.position().filter(|&position| is_near(context, position)) {
         Some(position) => {
@@ -69,7 +69,7 @@ pub fn illuminate<const N: usize>(
 
     let statistics = context.statistics;
     statistics.shadow.set(statistics.shadow.get() + count as u64);
-    context.scene.occlude(context, &mut packet);
+    context.scene.occlude(context, packet);
     for (k, &i) in facing.iter().enumerate() {
         if packet.occluded(k) {
             out.set_radiance(usize::from(i), Vec3::ZERO);

@@ -18,21 +18,22 @@ pub struct Lambertian {
 
 impl<const N: usize> Material<N> for Lambertian {
     fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let (mut points, mut light) = (lend::<Points<N>>(), lend::<Columns3<N>>());
+        let points: &mut Points<N> = &mut lend();
+        let light: &mut Columns3<N> = &mut lend();
         points.fill(context, hits);
-        ambient(context, &points, &mut light);
-        let mut arriving = lend::<Illumination<N>>();
+        ambient(context, points, light);
+        let arriving: &mut Illumination<N> = &mut lend();
         for source in &context.scene.lights {
-            shadow::illuminate(context, &**source, &points, &mut arriving);
+            shadow::illuminate(context, &**source, points, arriving);
             for i in points.range() {
-                add(&mut light, i, scattered(&points, &arriving, i));
+                add(light, i, scattered(points, arriving, i));
             }
         }
         for_each_color(context, hits, |i, own| {
-            let color = self.diffuse * own * vec3(&light, i);
-            set_vec3(&mut light, i, color);
+            let color = self.diffuse * own * vec3(light, i);
+            set_vec3(light, i, color);
         });
-        points.range().for_each(|i| hits.set_color(i, vec3(&light, i)));
+        points.range().for_each(|i| hits.set_color(i, vec3(light, i)));
     }
 
     fn base_color(&self) -> Vec3 {

@@ -52,35 +52,36 @@ impl Phong {
 
 impl<const N: usize> Material<N> for Phong {
     fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let (mut points, mut light) = (lend::<Points<N>>(), lend::<Columns3<N>>());
+        let points: &mut Points<N> = &mut lend();
+        let light: &mut Columns3<N> = &mut lend();
         points.fill(context, hits);
-        ambient(context, &points, &mut light);
-        let mut shine = lend::<Columns3<N>>();
-        points.range().for_each(|i| set_vec3(&mut shine, i, Vec3::ZERO));
-        let mut arriving = lend::<Illumination<N>>();
+        ambient(context, points, light);
+        let shine: &mut Columns3<N> = &mut lend();
+        points.range().for_each(|i| set_vec3(shine, i, Vec3::ZERO));
+        let arriving: &mut Illumination<N> = &mut lend();
         for source in &context.scene.lights {
-            shadow::illuminate(context, &**source, &points, &mut arriving);
+            shadow::illuminate(context, &**source, points, arriving);
             for i in points.range() {
                 let radiance = arriving.radiance(i);
                 if radiance != Vec3::ZERO {
-                    add(&mut light, i, scattered(&points, &arriving, i));
-                    let (mirrored, _) = self.mirror(hits, &points, i);
+                    add(light, i, scattered(points, arriving, i));
+                    let (mirrored, _) = self.mirror(hits, points, i);
                     let towards = mirrored.dot(arriving.direction(i));
                     if towards > 0.0 && self.specular != Vec3::ZERO {
-                        add(&mut shine, i, self.specular * radiance * pow(towards, self.shininess));
+                        add(shine, i, self.specular * radiance * pow(towards, self.shininess));
                     }
                 }
             }
         }
         // `light` becomes the colour: first of the surface itself.
         for_each_color(context, hits, |i, own| {
-            let color = self.diffuse * own * vec3(&light, i);
-            set_vec3(&mut light, i, color);
+            let color = self.diffuse * own * vec3(light, i);
+            set_vec3(light, i, color);
         });
         if self.reflection > 0.0 || self.transparency > 0.0 {
-            self.blend_secondary(context, hits, &points, &mut light);
+            self.blend_secondary(context, hits, points, light);
         }
-        points.range().for_each(|i| hits.set_color(i, vec3(&light, i) + vec3(&shine, i)));
+        points.range().for_each(|i| hits.set_color(i, vec3(light, i) + vec3(shine, i)));
     }
 
     fn base_color(&self) -> Vec3 {
@@ -108,7 +109,8 @@ impl Phong {
         color: &mut Columns3<N>,
     ) {
         let mirrors = self.reflection > 0.0 && (self.transparency == 0.0 || hits.depth <= DEEPEST_GLASS_MIRROR);
-        let (mut mirrored, mut behind) = (lend::<Column<f32, N>>(), lend::<Column<f32, N>>());
+        let mirrored: &mut Column<f32, N> = &mut lend();
+        let behind: &mut Column<f32, N> = &mut lend();
         for i in points.range() {
             mirrored[i] = 0.0;
             if mirrors {
@@ -122,7 +124,7 @@ impl Phong {
             set_vec3(color, i, kept);
         }
         if mirrors {
-            secondary::trace(context, hits, &mirrored, color, |i| {
+            secondary::trace(context, hits, mirrored, color, |i| {
                 let (direction, _) = self.mirror(hits, points, i);
                 // A shading normal may mirror into the surface: then along it instead.
                 let geometric = points.geometric_normal(i);
@@ -131,7 +133,7 @@ impl Phong {
             });
         }
         if self.transparency > 0.0 {
-            secondary::trace(context, hits, &behind, color, |i| {
+            secondary::trace(context, hits, behind, color, |i| {
                 let (_, direction) = hits.ray(i);
                 (points.offset(i, -1.0, 0.0), normalize(direction))
             });

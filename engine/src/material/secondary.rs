@@ -32,7 +32,7 @@ pub(super) fn trace<const N: usize>(
     if count == 0 {
         return;
     }
-    let mut packet = lend::<RayPacket<N>>();
+    let packet: &mut RayPacket<N> = &mut lend();
     packet.reset(0..count);
     packet.depth = hits.depth + 1;
     packet.channel = hits.channel;
@@ -43,7 +43,7 @@ pub(super) fn trace<const N: usize>(
         packet.image[1][k] = hits.image[1][usize::from(i)];
     }
     packet.promise(Properties::NORMALIZED_DIRECTIONS);
-    context.renderer.trace(context, &mut packet);
+    context.renderer.trace(context, packet);
     for (k, &i) in rows[..count].iter().enumerate() {
         let i = usize::from(i);
         add(out, i, vec3(&packet.color, k) * weight[i]);

@@ -17,9 +17,9 @@ pub struct Flat {
 
 impl<const N: usize> Material<N> for Flat {
     fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let mut colors = lend::<Columns3<N>>();
-        for_each_color(context, hits, |i, own| set_vec3(&mut colors, i, self.color * own));
-        hits.range().for_each(|i| hits.set_color(i, vec3(&colors, i)));
+        let colors: &mut Columns3<N> = &mut lend();
+        for_each_color(context, hits, |i, own| set_vec3(colors, i, self.color * own));
+        hits.range().for_each(|i| hits.set_color(i, vec3(colors, i)));
     }
 
     fn base_color(&self) -> Vec3 {

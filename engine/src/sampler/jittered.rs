@@ -43,7 +43,7 @@ impl<const N: usize> PixelSampler<N> for Jittered {
     fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer) {
         let size = [out.width() as u32, out.height() as u32];
         let samples = (self.side * self.side) as usize;
-        let mut packet = lend::<RayPacket<N>>();
+        let packet: &mut RayPacket<N> = &mut lend();
         // As many whole pixels as fit into a packet; where not even one does, one pixel in several packets.
         for_each_piece::<N>(fragment, N / samples, |pixels| {
             let mut sum = Vec3::ZERO;
@@ -59,8 +59,8 @@ impl<const N: usize> PixelSampler<N> for Jittered {
                 }
                 let one = if pixels.len() == 1 { Properties::CONSTANT_PIXEL } else { Properties::empty() };
                 packet.promise(Properties::HAVE_IMAGE_COORDINATES | one);
-                camera.make_rays(context, size, &mut packet);
-                context.renderer.trace(context, &mut packet);
+                camera.make_rays(context, size, packet);
+                context.renderer.trace(context, packet);
                 for i in 0..count {
                     sum += vec3(&packet.color, i);
                     if (first + i + 1).is_multiple_of(samples) {

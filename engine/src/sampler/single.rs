@@ -15,7 +15,7 @@ pub struct SingleSample;
 impl<const N: usize> PixelSampler<N> for SingleSample {
     fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer) {
         let size = [out.width() as u32, out.height() as u32];
-        let mut packet = lend::<RayPacket<N>>();
+        let packet: &mut RayPacket<N> = &mut lend();
         let mut known = Properties::HAVE_IMAGE_COORDINATES | Properties::CONSTANT_SAMPLE_REGION;
         if N.is_power_of_two() {
             known |= Properties::HAVE_CORNER_RAYS;
@@ -30,8 +30,8 @@ impl<const N: usize> PixelSampler<N> for SingleSample {
             }
             let one = if pixels.len() == 1 { Properties::CONSTANT_PIXEL } else { Properties::empty() };
             packet.promise(known | one);
-            camera.make_rays(context, size, &mut packet);
-            context.renderer.trace(context, &mut packet);
+            camera.make_rays(context, size, packet);
+            context.renderer.trace(context, packet);
             to_pixels(context.token, &packet.color, pixels.len(), &mut shown);
             for (&pixel, &color) in pixels.iter().zip(&shown) {
                 fill(out, &fragment, pixel, color);
