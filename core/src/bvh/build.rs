@@ -9,7 +9,7 @@ use super::join::reduce;
 use super::morton::{self, Morton};
 use super::reference::{self, Reference};
 use super::sah::{Range, Reach, Sah};
-use super::wide::Skeleton;
+use super::wide::{Branch, Skeleton};
 use super::{Block, Bounds, Bvh, Child, Join, Node, block::BLOCK};
 
 /// How much work goes into a tree.
@@ -66,13 +66,17 @@ impl Skeleton {
         primitive: &(impl Fn(usize) -> B::Primitive + Sync),
         number: impl Fn(usize) -> u32 + Sync,
     ) -> Bvh<B> {
-        let Self { nodes: children, counts } = self;
+        let Self { nodes: branches, counts } = self;
         let (nodes, (blocks, starts)) = join.join(
-            || filled(children.len(), children.iter().map(|&child| Node { child, ..Node::EMPTY })),
+            || {
+                let nodes =
+                    branches.iter().map(|&Branch { child, first_block }| Node { child, first_block, ..Node::EMPTY });
+                filled(branches.len(), nodes)
+            },
             || (filled(counts.len(), core::iter::repeat_n(B::EMPTY, counts.len())), starts(&counts)),
         );
         let mut bvh = Bvh { nodes, blocks, root, bounds: Bounds::EMPTY, scale: 0.0, primitives, first_id };
-        bvh.fill(join, &|at, block: &mut B| {
+        bvh.fill::<true>(join, &|at, block: &mut B| {
             let mut ids = [u32::MAX; BLOCK];
             let places = starts[at] as usize..starts[at + 1] as usize;
             let count = places.len();

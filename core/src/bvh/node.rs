@@ -73,8 +73,11 @@ impl Child {
 pub struct Node {
     /// `planes[0..3]`: low x, y, z of the children; `planes[3..6]`: high x, y, z.
     pub planes: [[f32; 8]; 6],
-    /// Where they are.
+    /// Where they are. The flattest come last, for a ray that meets a flat box is likely stopped by the surface that fills it:
+    /// rays that look for any hit try the last child first.
     pub child: [Child; 8],
+    /// The first block of the subtree.
+    pub(super) first_block: u32,
 }
 
 impl Node {
@@ -89,6 +92,7 @@ impl Node {
             [f32::NEG_INFINITY; 8],
         ],
         child: [Child::EMPTY; 8],
+        first_block: 0,
     };
 
     /// A row of planes by its number.
@@ -115,6 +119,27 @@ impl Node {
         }
     }
 
+    /// Sorts the children by the share that its largest face has in a half of a box, the flattest last.
+    pub(super) fn sort(&mut self) {
+        let old = *self;
+        let [x, y, z, far_x, far_y, far_z] = &old.planes;
+        let mut order: [u32; 8] = core::array::from_fn(|slot| {
+            let [x, y, z] = [far_x[slot] - x[slot], far_y[slot] - y[slot], far_z[slot] - z[slot]];
+            let faces = [x * y, y * z, z * x];
+            let share = faces.into_iter().fold(0.0, f32::max) / (faces[0] + faces[1] + faces[2]);
+            // Floats that are not negative are in the order of their bits; the last three make room for the slot.
+            share.to_bits() & !7 | slot as u32
+        });
+        order.sort_unstable();
+        for (slot, from) in order.into_iter().enumerate() {
+            let from = from as usize % 8;
+            for (row, old) in self.planes.iter_mut().zip(&old.planes) {
+                row[slot] = old[from];
+            }
+            self.child[slot] = old.child[from];
+        }
+    }
+
     /// Puts a child at `slot`.
     pub fn set(&mut self, slot: usize, bounds: &Bounds, child: Child) {
         for axis in 0..3 {
@@ -122,5 +147,27 @@ impl Node {
             self.planes[axis + 3][slot] = bounds.high[axis];
         }
         self.child[slot] = child;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec::Vec;
+
+    use super::*;
+
+    #[test]
+    fn the_flattest_child_comes_last() {
+        let mut node = Node::EMPTY;
+        let boxes = [[1.0, 1.0, 1.0], [4.0, 0.1, 4.0], [1.0, 1.0, 0.0], [2.0, 1.0, 2.0]];
+        for (slot, high) in boxes.into_iter().enumerate() {
+            let [x, y, z] = high;
+            node.set(slot, &Bounds { low: [0.0; 4], high: [x, y, z, 0.0] }, Child::node(slot + 1));
+        }
+        node.sort();
+        let met = (0..8).filter(|&slot| node.child[slot] != Child::EMPTY);
+        let order: Vec<_> =
+            met.map(|slot| (node.child[slot].index(), [3, 4, 5].map(|row| node.planes[row][slot]))).collect();
+        assert_eq!(order, [(1, boxes[0]), (4, boxes[3]), (2, boxes[1]), (3, boxes[2])]);
     }
 }

@@ -18,7 +18,7 @@ impl<B: Block> Bvh<B> {
     /// tree was built stays out, and a primitive more or less needs a tree of its own: build anew.
     pub fn refit(&mut self, join: &impl Join, primitive: impl Fn(usize) -> B::Primitive + Sync) {
         let first_id = self.first_id;
-        self.fill(join, &|_, block: &mut B| {
+        self.fill::<false>(join, &|_, block: &mut B| {
             let (mut bounds, ids) = (Bounds::EMPTY, *block.ids());
             for (place, id) in ids.into_iter().enumerate().filter(|&(_, id)| id != crate::NO_HIT) {
                 let moved = primitive((id - first_id) as usize);
@@ -35,7 +35,12 @@ impl<B: Block> Bvh<B> {
     }
 
     /// Fills all blocks and then all bounds: `block` gets each block with its number, and returns its bounds.
-    pub(super) fn fill(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) {
+    /// A `NEW` tree's children are sorted.
+    pub(super) fn fill<const NEW: bool>(
+        &mut self,
+        join: &impl Join,
+        block: &(impl Fn(usize, &mut B) -> Bounds + Sync),
+    ) {
         let mut whole = Subtree {
             root: self.root,
             slot: 0,
@@ -44,7 +49,7 @@ impl<B: Block> Bvh<B> {
             blocks: &mut self.blocks,
             first_block: 0,
         };
-        self.bounds = whole.fill(join, block);
+        self.bounds = whole.fill::<NEW>(join, block);
         self.scale = self.bounds.scale();
     }
 }
@@ -61,7 +66,7 @@ struct Subtree<'a, B> {
 }
 
 impl<B: Block> Subtree<'_, B> {
-    fn fill(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) -> Bounds {
+    fn fill<const NEW: bool>(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) -> Bounds {
         if self.nodes.is_empty() || self.blocks.len() <= GRAIN {
             // All blocks first, in the order of memory.
             let blocks = self.blocks.iter_mut().enumerate();
@@ -72,14 +77,21 @@ impl<B: Block> Subtree<'_, B> {
                 for slot in 0..8 {
                     node.set(slot, &self.bounds(node.child[slot], &bounds), node.child[slot]);
                 }
+                // Not the last ones above the leaves, which are most: their order hardly matters.
+                if NEW && node.child.iter().any(|child| !child.is_leaf()) {
+                    node.sort();
+                }
                 self.nodes[at] = node;
             }
             return self.bounds(self.root, &bounds);
         }
-        let bounds = each(join, &mut self.split(), &|part| (part.slot, part.fill(join, block)));
+        let bounds = each(join, &mut self.split(), &|part| (part.slot, part.fill::<NEW>(join, block)));
         let root = &mut self.nodes[0];
         for (slot, bounds) in bounds {
             root.set(slot, &bounds, root.child[slot]);
+        }
+        if NEW {
+            root.sort();
         }
         root.bounds()
     }
@@ -104,11 +116,16 @@ impl<B: Block> Subtree<'_, B> {
     fn split(&mut self) -> Vec<Subtree<'_, B>> {
         let Self { nodes, first_node, blocks, first_block, .. } = self;
         let children = nodes[0].child;
-        let starts = children.map(|child| first_block_of(nodes, *first_node, child));
+        let starts = children.map(|child| match child.is_leaf() {
+            true => child.blocks().start,
+            false => nodes[child.index() - *first_node].first_block as usize,
+        });
         let (mut nodes, mut blocks) = (&mut nodes[1..], &mut blocks[..]);
         let mut parts = Vec::with_capacity(8);
-        // From the last one on: each begins where what is left ends.
-        for slot in (0..8).rev().filter(|&slot| children[slot] != Child::EMPTY) {
+        // From the last in memory on: each begins where what is left ends.
+        let mut slots = [0, 1, 2, 3, 4, 5, 6, 7];
+        slots.sort_unstable_by_key(|&slot| core::cmp::Reverse(starts[slot]));
+        for slot in slots.into_iter().filter(|&slot| children[slot] != Child::EMPTY) {
             let root = children[slot];
             let node = if root.is_leaf() { nodes.len() } else { root.index() - *first_node - 1 };
             let (rest, its_nodes) = take(&mut nodes).split_at_mut(node);
@@ -125,12 +142,4 @@ impl<B: Block> Subtree<'_, B> {
         }
         parts
     }
-}
-
-/// The first block of a subtree.
-fn first_block_of(nodes: &[Node], first_node: usize, mut child: Child) -> usize {
-    while !child.is_leaf() {
-        child = nodes[child.index() - first_node].child[0];
-    }
-    child.blocks().start
 }

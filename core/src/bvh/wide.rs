@@ -30,10 +30,16 @@ pub(super) trait Ranges<'a>: Sync {
     fn split(&self, join: &impl Join, range: Self::Range, by_count: bool) -> [Self::Range; 2];
 }
 
+/// A node without bounds.
+pub(super) struct Branch {
+    pub(super) child: [Child; 8],
+    pub(super) first_block: u32,
+}
+
 /// A tree without bounds. Children are relative to its own nodes and blocks.
 #[derive(Default)]
 pub(super) struct Skeleton {
-    pub(super) nodes: Vec<[Child; 8]>,
+    pub(super) nodes: Vec<Branch>,
     /// How many primitives each block has.
     pub(super) counts: Vec<u8>,
 }
@@ -52,7 +58,7 @@ impl Skeleton {
             return Child::leaf(self.counts.len() - 1, 1);
         }
         let node = self.nodes.len();
-        self.nodes.push([Child::EMPTY; 8]);
+        self.nodes.push(Branch { child: [Child::EMPTY; 8], first_block: self.counts.len() as u32 });
         let (mut children, len) = open(join, ranges, range, depth);
         if count > GRAIN {
             let subtrees = each(join, &mut children[..len], &|child| {
@@ -61,11 +67,11 @@ impl Skeleton {
                 (root.unwrap_or(Child::EMPTY), subtree)
             });
             for (slot, (root, subtree)) in subtrees.into_iter().enumerate() {
-                self.nodes[node][slot] = self.adopt(root, subtree);
+                self.nodes[node].child[slot] = self.adopt(root, subtree);
             }
         } else {
             for (slot, child) in children.into_iter().flatten().enumerate() {
-                self.nodes[node][slot] = self.append(join, ranges, child, depth + 1);
+                self.nodes[node].child[slot] = self.append(join, ranges, child, depth + 1);
             }
         }
         Child::node(node)
@@ -78,8 +84,9 @@ impl Skeleton {
         self.nodes.extend(other.nodes);
         // If the last fit, all do.
         let _ = (Child::node(self.nodes.len()), Child::leaf(self.counts.len(), 1));
-        for child in self.nodes[nodes..].as_flattened_mut() {
-            *child = child.moved(nodes, blocks);
+        for branch in &mut self.nodes[nodes..] {
+            branch.child = branch.child.map(|child| child.moved(nodes, blocks));
+            branch.first_block += blocks as u32;
         }
         child.moved(nodes, blocks)
     }

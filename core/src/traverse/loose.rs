@@ -96,6 +96,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
     /// Walks the rays of a mask down from the roots.
     #[inline(always)]
     pub(super) fn down<T: Token>(&mut self, token: T, rays: u64, roots: Roots, stack: &mut [Entry; STACK]) {
+        let mut nears = [[0.0; TOGETHER]; 8];
         for root in roots {
             stack[0] = Entry { child: root, near: f32::NEG_INFINITY, groups: rays };
             let mut top = 1;
@@ -105,7 +106,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
                 entry.groups &= self.reaching(token, entry.near);
                 while !entry.child.is_leaf() && entry.groups.count_ones() > lonely(T::LANES, H::ANY) {
                     let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
-                    entry = self.nearest(token, node, entry.groups, stack, &mut top);
+                    entry = self.nearest(token, node, entry.groups, &mut nears, stack, &mut top);
                 }
                 if entry.groups.count_ones() > lonely(T::LANES, H::ANY) {
                     self.leaf(token, entry);
@@ -137,13 +138,13 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
         token: T,
         node: &Node,
         rays: u64,
+        nears: &mut [[f32; TOGETHER]; 8],
         stack: &mut [Entry; STACK],
         top: &mut usize,
     ) -> Entry {
         // All tests first, then what follows from them: one branch that nobody foresees in place of one a child.
         let mut close = self.close(token, node);
         let mut meeting = [0u64; 8];
-        let mut nears = [[f32::INFINITY; TOGETHER]; 8];
         let mut met = 0u32;
         while close != 0 {
             let slot = close.trailing_zeros() as usize % 8;
@@ -168,7 +169,7 @@ impl<'a, const N: usize, B: Block, H: Target<N>> Loose<'a, N, B, H> {
             met &= met - 1;
             let child = node.child[slot];
             self.bvh.prefetch(child);
-            // The order of any hits is not worth a sort.
+            // The order of any hits is the node's.
             let near = if H::ANY { f32::NEG_INFINITY } else { Self::first(token, &nears[slot], meeting[slot]) };
             children.add(Entry { child, near, groups: meeting[slot] }, !H::ANY);
         }

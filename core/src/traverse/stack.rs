@@ -33,14 +33,14 @@ impl<'a> Met<'a> {
         Self { nearest, stack, first: top, top }
     }
 
-    /// Adds a child. If `sorted`, the nearest is gone on with, and the farthest stays lowest.
+    /// Adds a child. If `sorted`, the nearest is gone on with, and the farthest stays lowest; else the last is.
     #[inline(always)]
     pub(super) fn add(&mut self, mut entry: Entry, sorted: bool) {
         if self.nearest.groups == 0 {
             self.nearest = entry;
             return;
         }
-        if sorted && entry.near < self.nearest.near {
+        if !sorted || entry.near < self.nearest.near {
             core::mem::swap(&mut entry, &mut self.nearest);
         }
         let mut place = self.top;
