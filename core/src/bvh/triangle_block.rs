@@ -157,7 +157,7 @@ impl Block for TriangleBlock {
                 *corner = last_axis::<T>(*corner, on_y, on_z);
             }
         }
-        triangle(token, among, corners, &ray)
+        triangle::<T, false>(token, among, corners, &ray)
     }
 
     #[inline(always)]
@@ -175,6 +175,6 @@ impl Block for TriangleBlock {
             t_min: ray.t_min,
             t_max: ray.t_max,
         };
-        triangle(token, token.first(BLOCK), corners, &sheared)
+        triangle::<T, true>(token, token.first(BLOCK), corners, &sheared)
     }
 }

@@ -31,6 +31,8 @@ pub(super) struct Beams {
     t_max: Row,
     /// The farthest that any ray of the groups that travel may still hit; `-inf` for others.
     reach: Row,
+    /// Where the first ray of each group starts, from the first of all, in the measure of [`Passage::far`].
+    start: Row,
     /// The greatest coordinate of the tree and of the origins.
     scale: f32,
     axis: usize,
@@ -84,12 +86,14 @@ impl Plane {
 pub(super) struct Passage {
     /// Where they enter each child at the earliest.
     pub(super) near: [f32; 8],
+    /// Where they leave it at the latest, less the least distance to it.
+    far: [f32; 8],
     /// The depth of its near plane, and of the corner that is farthest inside on each side.
     depth: [[f32; 8]; 5],
 }
 
 impl Passage {
-    pub(super) const NONE: Self = Self { near: [0.0; 8], depth: [[0.0; 8]; 5] };
+    pub(super) const NONE: Self = Self { near: [0.0; 8], far: [0.0; 8], depth: [[0.0; 8]; 5] };
 }
 
 impl Beams {
@@ -109,6 +113,7 @@ impl Beams {
             origin: [[zero; 3]; 2],
             t_max: Column::splat(f32::NEG_INFINITY),
             reach: zero,
+            start: zero,
             scale,
             axis: 0,
             wide: 0,
@@ -245,6 +250,10 @@ impl Beams {
             let travels = token.mask(groups >> at);
             let reach = token.load(&self.t_max[..], at).select(travels, token.splat(f32::NEG_INFINITY));
             reach.store(&mut self.reach[..], at);
+            if !COMMON_ORIGIN {
+                let start = token.load(&self.origin[usize::from(backward)][z][..], at) - token.splat(first);
+                (start * token.splat(self.least_inverse)).store(&mut self.start[..], at);
+            }
             at += T::LANES;
         }
         self.farthest = greatest::<T, N>(token, &self.reach, groups);
@@ -307,6 +316,7 @@ impl Beams {
             let near = depth * token.splat(self.least_inverse);
             near.store(&mut passage.near, at);
             let far = self.far.depths(token, node, at) * token.splat(self.least_inverse);
+            far.store(&mut passage.far, at);
             let mut inside = far.ge(token.splat(0.0)) & near.le(token.splat(self.farthest));
             for (k, side) in self.side.iter().enumerate() {
                 let depth = side.depth.depths(token, node, at);
@@ -323,7 +333,7 @@ impl Beams {
 
     /// Which groups may meet a child.
     #[inline(always)]
-    pub(super) fn meeting<T: Token, const N: usize>(
+    pub(super) fn meeting<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
         &self,
         token: T,
         node: &Node,
@@ -336,6 +346,9 @@ impl Beams {
         while at < group_lanes(N) {
             let near = token.splat(passage.depth[0][slot]) * token.load(&self.inverse[..], at);
             let mut inside = near.le(token.load(&self.reach[..], at));
+            if !COMMON_ORIGIN {
+                inside = inside & token.splat(passage.far[slot]).ge(token.load(&self.start[..], at));
+            }
             for (k, side) in self.side.iter().enumerate() {
                 let (slope, base) = (token.load(&side.slope[..], at), token.load(&side.base[..], at));
                 let plane = token.splat(passage.depth[k + 1][slot]).mul_add(slope, base);

@@ -9,7 +9,7 @@
 //! It accepts weights whose point is off the ray by [`OFF`](crate::kernel::triangle::OFF) of 4 s: 64 us. Weighing, dividing and
 //! scaling the depth takes ten roundings of 2 us: 20 us. The slab test errs by three roundings, which move a plane by 6 us,
 //! and moving the origin rounds once: 7 us. A beam, which is tested in place of a slab, rounds its base (7 us), moves it by
-//! the margin (3 us), and rounds the plane's depth, product and sum (8 us): 18 us. Together 116 us < 2^-17 s; so every box is
+//! the margin (3 us), and rounds the plane's depth, product and sum (8 us): 18 us; where a group starts rounds once more (2 us). Together 118 us < 2^-17 s; so every box is
 //! widened by [`PAD`] s, at no cost: the origins that are subtracted are moved instead.
 
 #![doc = include_str!("TRAVERSAL.md")]

@@ -108,7 +108,7 @@ fn together<T: Token, const N: usize, B: Block, H: Target<N>, const COMMON_ORIGI
         }
         let octant = if wide == 0 { MIXED } else { rays.octant().unwrap_or(MIXED) };
         let lanes = [0; WORDS];
-        let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes };
+        let mut walk = Walk { bvh, rays, target, beams: &mut beams, wide, octant, lanes, stale: 0 };
         for child in roots {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, groups: groups.into() };
             walk.down::<T, COMMON_ORIGIN>(token, stack);
@@ -126,6 +126,8 @@ struct Walk<'a, const N: usize, B, H> {
     wide: u32,
     /// Signs of all directions (bit k: axis k is negative), or `MIXED`.
     octant: u8,
+    /// Groups with hits since their beam was shortened.
+    stale: u32,
     /// A bit a ray: see [`rays_in`](Self::rays_in).
     lanes: [u64; WORDS],
 }
@@ -138,6 +140,10 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         while top > 0 {
             top -= 1;
             let mut entry = stack[top];
+            let stale = self.stale & entry.groups as u32;
+            if stale != 0 {
+                self.shorten(token, stale);
+            }
             entry.groups = self.beams.reaching::<T, N>(token, entry.groups as u32, entry.near).into();
             if entry.groups == 0 {
                 continue;
@@ -168,7 +174,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         while met != 0 {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
-            let mut groups = groups & self.beams.meeting::<T, N>(token, node, slot, &passage);
+            let mut groups = groups & self.beams.meeting::<T, N, COMMON_ORIGIN>(token, node, slot, &passage);
             if groups == 0 {
                 continue;
             }
@@ -185,7 +191,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                 }
             }
             self.bvh.prefetch(child);
-            // The order of any hits is not worth a sort.
+            // The order of any hits is the node's.
             children.add(Entry { child, near: passage.near[slot], groups: groups.into() }, !H::ANY);
         }
         *top = children.top;
@@ -265,7 +271,7 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                 });
             }
         }
-        self.shorten(token, groups);
+        self.stale |= groups;
     }
 
     /// Tests the primitives of a leaf against the rays of the groups.
@@ -275,12 +281,14 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
         let axis = self.beams.axis();
         let Some(blocks) = self.bvh.blocks.get(entry.child.blocks()) else { return };
         let all = token.mask(u32::MAX);
-        let mut changed = 0u32;
         for block in blocks {
             let prepared = block.prepare::<N, COMMON_ORIGIN>(self.rays);
+            // A group that is one vector is tested in less time than bounded.
             let touched = match self.beams.groups() {
-                Some(groups) => B::touched::<T, N>(token, &prepared, axis, groups),
-                None => [u32::MAX; BLOCK],
+                Some(groups) if size > T::LANES || !entry.groups.is_power_of_two() => {
+                    B::touched::<T, N>(token, &prepared, axis, groups)
+                }
+                _ => [u32::MAX; BLOCK],
             };
             for i in 0..BLOCK {
                 let id = block.ids()[i];
@@ -295,27 +303,27 @@ impl<const N: usize, B: Block, H: Target<N>> Walk<'_, N, B, H> {
                     while at < (group + 1) * size {
                         let (hit, t) =
                             B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, self.rays, at, all);
-                        if hit.any() && self.target.record(token, self.rays, at, hit, t, id) {
-                            changed |= 1 << group;
+                        // In a wide vector a hit is as likely as none: a branch would be guessed wrong.
+                        if T::LANES >= 8 || hit.any() {
+                            let changed = self.target.record(token, self.rays, at, hit, t, id);
+                            self.stale |= u32::from(changed) << group;
                         }
                         at += T::LANES;
                     }
                 }
             }
         }
-        if changed != 0 {
-            self.shorten(token, changed);
-        }
     }
 
-    /// After hits in the groups `changed`: they, and the packet, reach no farther than their farthest ray.
+    /// Stale groups, and the packet, reach no farther than their farthest ray.
     #[inline(always)]
-    fn shorten<T: Token>(&mut self, token: T, mut changed: u32) {
+    fn shorten<T: Token>(&mut self, token: T, mut stale: u32) {
+        self.stale &= !stale;
         let size = group_size(N);
         let minus_inf = token.splat(f32::NEG_INFINITY);
-        while changed != 0 {
-            let group = changed.trailing_zeros() as usize % GROUPS;
-            changed &= changed - 1;
+        while stale != 0 {
+            let group = stale.trailing_zeros() as usize % GROUPS;
+            stale &= stale - 1;
             let mut farthest = minus_inf;
             let mut at = group * size;
             while at < (group + 1) * size {

@@ -157,7 +157,7 @@ impl<const CASE: u8> RayTest for Triangle<CASE> {
             *out = splat3(token, moved);
         }
         if CASE >= COMMON_ORIGIN {
-            return triangle(token, all, corners, &ray);
+            return triangle::<_, true>(token, all, corners, &ray);
         }
         let [a, b, c] = corners;
         let origins = rays.origins();
@@ -165,12 +165,12 @@ impl<const CASE: u8> RayTest for Triangle<CASE> {
             [token.load(&origins[x][..], at), token.load(&origins[y][..], at), token.load(&origins[z][..], at)];
         let (a, b, c) = (sub(a, origin), sub(b, origin), sub(c, origin));
         if CASE == CONSTANT_AXIS {
-            return triangle(token, all, [a, b, c], &ray);
+            return triangle::<_, true>(token, all, [a, b, c], &ray);
         }
         let axes = token.load_u32(&rays.axes()[..], at);
         let (on_y, on_z) = (axes.eq(token.splat_i32(1)), axes.eq(token.splat_i32(2)));
         let corners = [last_axis::<T>(a, on_y, on_z), last_axis::<T>(b, on_y, on_z), last_axis::<T>(c, on_y, on_z)];
-        triangle(token, all, corners, &ray)
+        triangle::<_, true>(token, all, corners, &ray)
     }
 
     fn truth(four: &Four, i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)> {
