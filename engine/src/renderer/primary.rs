@@ -2,12 +2,9 @@
 
 use glam::Vec3;
 use mobula_core::RayPacket;
-use mobula_core::rays::set_vec3;
 
+use super::runs::next_run;
 use crate::stack::{Context, Renderer};
-
-/// No index: the scene clamps indices to the materials that it has.
-const NO_MATERIAL: u32 = u32::MAX;
 
 /// Shows the base colour of each material, unlit, and black where nothing is.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,16 +15,13 @@ impl<const N: usize> Renderer<N> for Primary {
         packet.reset_hits();
         context.statistics.count_rays(packet);
         context.scene.intersect(context, packet);
-        // Neighbours mostly hit the same material, which is asked once.
-        let mut last = (NO_MATERIAL, Vec3::ZERO);
-        for i in packet.range() {
-            let material = if packet.was_hit(i) { packet.hits.material[i] } else { NO_MATERIAL };
-            if material != last.0 {
-                let color =
-                    if material == NO_MATERIAL { Vec3::ZERO } else { context.scene.material(material).base_color() };
-                last = (material, color);
+        let mut at = packet.range().start;
+        while let Some((material, range)) = next_run(packet, at) {
+            at = range.end;
+            let color = material.map_or(Vec3::ZERO, |material| context.scene.material(material).base_color());
+            for (column, channel) in packet.color.iter_mut().zip(color.to_array()) {
+                column[range.clone()].fill(channel);
             }
-            set_vec3(&mut packet.color, i, last.1);
         }
     }
 }

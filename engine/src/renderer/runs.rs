@@ -4,16 +4,23 @@ use std::ops::Range;
 
 use mobula_core::{NO_HIT, RayPacket};
 
-/// The next run of the active rays from `begin` on: its material (`None`: no hit) and its rays. `None` at the end.
+/// Rays that are compared at once.
+const AT_ONCE: usize = 16;
+
+/// The next run of the active rays from `begin` on, whose hits and materials are filled in: its material (`None`: no hit) and
+/// its rays. `None` at the end.
 pub(super) fn next_run<const N: usize>(packet: &RayPacket<N>, begin: usize) -> Option<(Option<u32>, Range<usize>)> {
-    let all = packet.range();
-    if begin >= all.end {
-        return None;
+    let materials = &packet.hits.material[..packet.range().end];
+    let first = *materials.get(begin)?;
+    let same = |rays: &[u32]| rays.iter().fold(true, |same, &material| same & (material == first));
+    let mut end = begin + 1;
+    while materials.get(end..end + AT_ONCE).is_some_and(same) {
+        end += AT_ONCE;
     }
-    let key = |i: usize| if packet.was_hit(i) { packet.hits.material[i] } else { NO_HIT };
-    let first = key(begin);
-    let end = (begin + 1..all.end).find(|&i| key(i) != first).unwrap_or(all.end);
-    Some((packet.was_hit(begin).then_some(first), begin..end))
+    while materials.get(end).is_some_and(|&material| material == first) {
+        end += 1;
+    }
+    Some(((first != NO_HIT).then_some(first), begin..end))
 }
 
 #[cfg(test)]
@@ -31,8 +38,7 @@ mod tests {
             let mut packet = RayPacket::<16>::default();
             packet.reset(begin..end);
             for (i, material) in materials.iter().enumerate() {
-                packet.hits.primitive[i] = material.map_or(NO_HIT, |m| m + 7);
-                packet.hits.material[i] = material.unwrap_or(1);
+                packet.hits.material[i] = material.unwrap_or(NO_HIT);
             }
             let mut at = begin;
             let mut last = None;

@@ -66,12 +66,17 @@ impl fmt::Display for SamplerKind {
 }
 
 /// Gives a sampled pixel its colour, and with it the square that it stands for (see [`Fragment::step`]).
-#[inline]
+#[inline(always)]
 fn fill(out: &FrameBuffer, fragment: &Fragment, [x, y]: [u32; 2], color: u32) {
-    let (x, y) = (x as usize, y as usize);
     if fragment.step == 1 {
-        return out.set(x, y, color);
+        out.set(x as usize, y as usize, color);
+    } else {
+        fill_square(out, fragment, [x as usize, y as usize], color);
     }
+}
+
+#[inline(never)]
+fn fill_square(out: &FrameBuffer, fragment: &Fragment, [x, y]: [usize; 2], color: u32) {
     for y in y..(y + fragment.step).min(fragment.y1) {
         for x in x..(x + fragment.step).min(fragment.x1) {
             out.set(x, y, color);

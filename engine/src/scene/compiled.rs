@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use mobula_core::{AnyHitPacket, RayPacket, SubPacket, Surface};
+use mobula_core::{AnyHitPacket, Hits, NO_HIT, RayPacket, SubPacket, Surface};
 
 use super::{Geometry, LightDescription, MaterialDescription, SceneDescription, SceneError};
 use crate::accel::AccelerationKind;
@@ -72,10 +72,11 @@ impl<const N: usize> Scene<N> {
         packet.check();
         scope("acceleration structure", || self.acceleration.intersect(context, packet));
         let default = self.materials.len() as u32 - 1;
-        let mut near = 0;
-        for i in packet.range() {
-            if packet.was_hit(i) {
-                packet.hits.material[i] = self.geometry.material(packet.hits.primitive[i], &mut near).min(default);
+        let (range, mut near) = (packet.range(), 0);
+        let Hits { primitive, material } = &mut packet.hits;
+        for (material, &primitive) in material[range.clone()].iter_mut().zip(&primitive[range]) {
+            if primitive != NO_HIT {
+                *material = self.geometry.material(primitive, &mut near).min(default);
             }
         }
     }
