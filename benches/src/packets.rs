@@ -1,10 +1,9 @@
 //! Mobula's timed loop: fill a packet from the arrays, say what is true of it, trace, store what was found.
 
-use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
-
 use mobula_core::bvh::{Block, Bvh, Join};
 use mobula_core::simd::AnyToken;
 use mobula_core::{AnyHitPacket, Columns3, Properties, RayPacket, Rays};
+use rayon_core::{ThreadPool, ThreadPoolBuilder};
 
 use crate::rays::{Found, Kind, RaySet};
 
@@ -61,37 +60,27 @@ fn copy<T: Copy>(from: &[T], a: usize, to: &mut [T], b: usize, count: usize) {
     to[b..b + count].copy_from_slice(&from[a..a + count]);
 }
 
-/// Halves of a build on threads of the standard library.
+/// Halves of a build on a pool of so many threads.
 #[derive(Debug)]
-pub struct Threads {
-    /// Threads that could work but do not. Counts only: the scope's join is what orders the work.
-    idle: AtomicIsize,
-}
+pub struct Threads(ThreadPool);
 
 impl Threads {
-    /// `count` threads in all, this one included.
+    /// Starts `count` threads.
+    ///
+    /// # Panics
+    /// If the system has none to give.
     pub fn new(count: usize) -> Self {
-        Self { idle: AtomicIsize::new(count as isize - 1) }
+        Self(ThreadPoolBuilder::new().num_threads(count).build().expect("threads"))
+    }
+
+    /// Does something on one of them.
+    pub fn enter<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.0.install(work)
     }
 }
 
 impl Join for Threads {
     fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-        if self.idle.fetch_update(Relaxed, Relaxed, |idle| (idle > 0).then(|| idle - 1)).is_err() {
-            return (a(), b());
-        }
-        std::thread::scope(|scope| {
-            let other = scope.spawn(|| {
-                let b = b();
-                self.idle.fetch_add(1, Relaxed);
-                b
-            });
-            let a = a();
-            // While this thread waits, the other one may take another in its place.
-            self.idle.fetch_add(1, Relaxed);
-            let b = other.join();
-            self.idle.fetch_sub(1, Relaxed);
-            (a, b.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-        })
+        self.0.join(a, b)
     }
 }

@@ -28,13 +28,14 @@ pub(crate) fn builds(
             let join = Threads::new(threads);
             for (name, quality) in [("Mobula fast", bvh::Quality::Fast), ("Mobula", bvh::Quality::Good)] {
                 let mut tree = None;
-                let build = || tree = Some(Bvh::<TriangleBlock>::build(count, 0, quality, &join, corners));
+                let build =
+                    || tree = Some(join.enter(|| Bvh::<TriangleBlock>::build(count, 0, quality, &join, corners)));
                 table.least(name, threads, build);
                 let mut tree = tree.ok_or("no tree")?;
                 table.bytes(name, tree.bytes());
                 if quality == bvh::Quality::Good {
                     let bounds = tree.bounds();
-                    table.least("Mobula refit", threads, || tree.refit(&join, corners));
+                    table.least("Mobula refit", threads, || join.enter(|| tree.refit(&join, corners)));
                     table.bytes("Mobula refit", tree.bytes());
                     if tree.bounds().low[..3] != bounds.low[..3] || tree.bounds().high[..3] != bounds.high[..3] {
                         return Err(format!("{scene}: a refit changes bounds"));

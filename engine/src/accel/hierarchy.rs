@@ -8,7 +8,7 @@ use mobula_core::simd::AnyToken;
 use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, RayPacket};
 
-use super::threads::Threads;
+use super::threads::Pool;
 use crate::scene::Geometry;
 use crate::stack::{AccelerationStructure, Context, NeedsRebuild};
 
@@ -70,7 +70,6 @@ fn is_left_out(geometry: &Geometry, id: u32) -> bool {
 
 impl Trees {
     fn new(geometry: &Geometry, quality: Quality, keep: &(dyn Fn(u32) -> bool + Sync)) -> Self {
-        let threads = Threads::available();
         // A NaN tells the builder to leave a primitive out. Nothing at all is cheaper than to leave out everything.
         let kept = |ids: Range<u32>| if ids.clone().any(keep) { ids } else { ids.start..ids.start };
         let (triangles, spheres) = (kept(geometry.triangle_ids()), kept(geometry.sphere_ids()));
@@ -82,17 +81,18 @@ impl Trees {
             let id = spheres.start + i as u32;
             if keep(id) { ball(geometry, id) } else { SphereBlock::NOWHERE }
         };
-        Self {
-            triangles: Bvh::build(triangles.len(), triangles.start, quality, &threads, corners),
-            spheres: Bvh::build(spheres.len(), spheres.start, quality, &threads, ball),
-        }
+        Pool::enter(|| Self {
+            triangles: Bvh::build(triangles.len(), triangles.start, quality, &Pool, corners),
+            spheres: Bvh::build(spheres.len(), spheres.start, quality, &Pool, ball),
+        })
     }
 
     fn refit(&mut self, geometry: &Geometry) {
-        let threads = Threads::available();
         let (triangles, spheres) = (geometry.triangle_ids().start, geometry.sphere_ids().start);
-        self.triangles.refit(&threads, |i| corners(geometry, triangles + i as u32));
-        self.spheres.refit(&threads, |i| ball(geometry, spheres + i as u32));
+        Pool::enter(|| {
+            self.triangles.refit(&Pool, |i| corners(geometry, triangles + i as u32));
+            self.spheres.refit(&Pool, |i| ball(geometry, spheres + i as u32));
+        });
     }
 
     fn intersect<const N: usize>(&self, token: AnyToken, all: bool, packet: &mut RayPacket<N>) -> Paths {
