@@ -13,7 +13,12 @@ use super::join::{Join, RUN, reduce};
 use super::reference::{EMPTY, FOUR, Four, Reference, half_area, merge, middle2};
 use super::wide::Ranges;
 
-const BINS: usize = 16;
+/// Bins of many primitives; few have half as many or a quarter.
+const BINS: usize = 32;
+/// Ranges of more have all bins. The splits near the root are the ones that finer bins improve.
+const MANY: usize = 256;
+/// Ranges up to this have a quarter.
+const FEW: usize = 32;
 
 /// Ranges of references, split where the heuristic says.
 pub(super) struct Sah {
@@ -63,7 +68,7 @@ impl Sah {
         let reach = reduce(join, references, 0, &|run, _| token.run(Reaching(run)), &merge);
         let binning = Binning::new(&reach, references.len());
         let filling = |run: &mut [Reference], _| token.run(Filling(run, &binning));
-        let bins = reduce(join, references, 0, &filling, &|_, _, mut a: Box<Bins>, b| {
+        let bins = reduce(join, references, 0, &filling, &|_, _, mut a: Box<Bins<BINS>>, b| {
             a.merge(&b);
             a
         });
@@ -95,10 +100,22 @@ impl Task for Split<'_> {
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> (usize, [f32; 2]) {
         let binning = Binning::new(&reach(self.0), self.0.len());
-        let mut bins = Bins::EMPTY;
-        bins.fill(token.narrow(), self.0, &binning);
+        // Most ranges are small: to clear bins that they do not have would be a good part of their time.
+        if binning.bins == BINS {
+            self.by::<T, BINS>(token, &binning)
+        } else {
+            self.by::<T, { BINS / 2 }>(token, &binning)
+        }
+    }
+}
+
+impl Split<'_> {
+    #[inline(always)]
+    fn by<T: Token, const N: usize>(self, token: T, binning: &Binning) -> (usize, [f32; 2]) {
+        let mut bins = Bins::<N>::EMPTY;
+        bins.fill(token.narrow(), self.0, binning);
         match bins.best(token.narrow(), binning.bins) {
-            Some(split) => (partition(self.0, &binning, &split), split.areas),
+            Some(split) => (partition(self.0, binning, &split), split.areas),
             None => (0, [0.0; 2]),
         }
     }
@@ -118,10 +135,10 @@ impl Task for Reaching<'_> {
 struct Filling<'a>(&'a [Reference], &'a Binning);
 
 impl Task for Filling<'_> {
-    type Output = Box<Bins>;
+    type Output = Box<Bins<BINS>>;
 
     #[inline(always)]
-    fn run<T: Token>(self, token: T) -> Box<Bins> {
+    fn run<T: Token>(self, token: T) -> Box<Bins<BINS>> {
         let mut bins = Box::new(Bins::EMPTY);
         bins.fill(token.narrow(), self.0, self.1);
         bins
@@ -184,7 +201,11 @@ const INTEGER: f32 = 8_388_608.0;
 impl Binning {
     #[inline(always)]
     fn new(reach: &Reach, count: usize) -> Self {
-        let bins = if count > 32 { BINS } else { BINS / 2 };
+        let bins = match count {
+            ..=FEW => BINS / 4,
+            ..=MANY => BINS / 2,
+            _ => BINS,
+        };
         let extent = reach.high - reach.low;
         let scale = FOUR.splat((bins - 1) as f32) / extent;
         // Below this the quotient would overflow: all middles fall into bin 0 and the axis is not split.
@@ -213,9 +234,9 @@ impl Binning {
 }
 
 /// Boxes and counts by bin and axis.
-struct Bins {
-    boxes: [[Reference; 4]; BINS],
-    counts: [[u32; 4]; BINS],
+struct Bins<const N: usize> {
+    boxes: [[Reference; 4]; N],
+    counts: [[u32; 4]; N],
 }
 
 struct Best {
@@ -224,15 +245,15 @@ struct Best {
     areas: [f32; 2],
 }
 
-impl Bins {
-    const EMPTY: Self = Self { boxes: [[EMPTY; 4]; BINS], counts: [[0; 4]; BINS] };
+impl<const N: usize> Bins<N> {
+    const EMPTY: Self = Self { boxes: [[EMPTY; 4]; N], counts: [[0; 4]; N] };
 
     #[inline(always)]
     fn fill<T: Token>(&mut self, token: T, references: &[Reference], binning: &Binning) {
         for reference in references {
             let bins = binning.all(reference);
             for axis in 0..3 {
-                let bin = bins[axis] as usize % BINS;
+                let bin = bins[axis] as usize % N;
                 merge(token, &mut self.boxes[bin][axis], reference);
                 self.counts[bin][axis] += 1;
             }
@@ -240,7 +261,7 @@ impl Bins {
     }
 
     fn merge(&mut self, other: &Self) {
-        for bin in 0..BINS {
+        for bin in 0..N {
             for axis in 0..3 {
                 merge(FOUR, &mut self.boxes[bin][axis], &other.boxes[bin][axis]);
                 self.counts[bin][axis] += other.counts[bin][axis];
@@ -252,7 +273,7 @@ impl Bins {
     #[inline(always)]
     fn best<T: Token>(&self, token: T, bins: usize) -> Option<Best> {
         let blocks = |count: u32| count.div_ceil(BLOCK as u32) as i32 as f32;
-        let mut right = [([0.0f32; 3], [0u32; 3]); BINS];
+        let mut right = [([0.0f32; 3], [0u32; 3]); N];
         let (mut boxes, mut counts) = ([EMPTY; 3], [0u32; 3]);
         for bin in (1..bins).rev() {
             for axis in 0..3 {
