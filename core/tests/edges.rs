@@ -63,7 +63,7 @@ impl Task for Compare<'_> {
                     t_min: token.splat(f32::NEG_INFINITY),
                     t_max: token.splat(f32::INFINITY),
                 };
-                let (hit, _) = triangle(token, token.mask(u32::MAX), relative, &ray);
+                let (hit, _) = triangle::<_, true>(token, token.mask(u32::MAX), relative, &ray);
                 found |= u64::from(hit.bits()) << at;
                 at += T::LANES;
             }

@@ -201,10 +201,12 @@ const INTEGER: f32 = 8_388_608.0;
 impl Binning {
     #[inline(always)]
     fn new(reach: &Reach, count: usize) -> Self {
-        let bins = match count {
-            ..=FEW => BINS / 4,
-            ..=MANY => BINS / 2,
-            _ => BINS,
+        let bins = if count > MANY {
+            BINS
+        } else if count > FEW {
+            BINS / 2
+        } else {
+            BINS / 4
         };
         let extent = reach.high - reach.low;
         let scale = FOUR.splat((bins - 1) as f32) / extent;
