@@ -119,7 +119,7 @@ impl Node {
         }
     }
 
-    /// Sorts the children by the share that its largest face has in a half of a box, the flattest last.
+    /// Sorts the children by the share of their largest face in half the surface of their box, the flattest last.
     pub(super) fn sort(&mut self) {
         let old = *self;
         let [x, y, z, far_x, far_y, far_z] = &old.planes;
