@@ -49,12 +49,18 @@ pub struct RayPacket<const N: usize> {
     pub depth: u32,
 }
 
+impl<const N: usize> Default for Hits<N> {
+    fn default() -> Self {
+        Self { primitive: Column::splat(NO_HIT), material: Column::splat(NO_HIT) }
+    }
+}
+
 impl<const N: usize> Default for RayPacket<N> {
     fn default() -> Self {
         let zero = [Column::splat(0.0); 3];
         Self {
             rays: Rays::default(),
-            hits: Hits { primitive: Column::splat(NO_HIT), material: Column::splat(NO_HIT) },
+            hits: Hits::default(),
             derived: Derived {
                 position: zero,
                 normal: zero,

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use mobula_core::bvh::{Block, Bvh, Quality, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Bvh, Quality};
+use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::simd::AnyToken;
 use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, RayPacket};
