@@ -85,6 +85,7 @@ pub mod scalar;
 pub mod sse2;
 mod window;
 
+#[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub use avx512::Avx512;
@@ -95,7 +96,6 @@ pub use dispatch::{AnyToken, Dispatch, Twin, Unavailable};
 pub use fused::Fused;
 pub use lanes::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 pub use level::{Level, UnknownLevel};
-#[cfg(target_arch = "x86_64")]
 pub use prefetch::prefetch;
 pub use scalar::Scalar;
 pub use sse2::Sse2;

@@ -14,7 +14,7 @@ const OLD: u32 = 0x7f80_0bad;
 
 /// The places to try in a slice: all of it, some beyond, and those where an address would overflow.
 fn places(length: usize) -> impl Iterator<Item = usize> {
-    let far = [usize::MAX, usize::MAX - 1, usize::MAX - 15, usize::MAX / 4, usize::MAX / 4 + 1, 1 << 32];
+    let far = [usize::MAX, usize::MAX - 1, usize::MAX - 15, usize::MAX / 4, usize::MAX / 4 + 1, (1u64 << 32) as usize];
     (0..length + 20).chain(far)
 }
 
