@@ -1,10 +1,7 @@
 //! Loads, stores and gathers at every level, against their definition in plain Rust: every length of slice, every place
 //! in it and beyond, and that nothing outside is touched.
 
-#[path = "common/levels.rs"]
-mod levels;
-
-use levels::at_every_level;
+use crate::levels::at_every_level;
 use mobula_simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
 
 /// Larger than two of the widest vectors and a tail.
