@@ -5,7 +5,7 @@ use core::ops::Range;
 use glam::Vec3;
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
-use crate::kernel::load3;
+use crate::vector::load3;
 use crate::{Column, Columns3, Properties};
 
 /// 2^-40 and 2^-126: see [`Rays::inverse_directions`].

@@ -9,12 +9,16 @@ mod single;
 mod stack;
 mod stream;
 
-use mobula_simd::{AnyToken, Dispatch, Task, Token, prefetch};
+use glam::Vec3;
+use mobula_simd::{AnyToken, Dispatch, Scalar, Task, Token, prefetch};
 
-use crate::bvh::{Child, WideBvh};
+use crate::bvh::{Child, STACK, WideBvh};
+use crate::kernel::single::{OneRay, padded_origin};
 use crate::leaf::Leaf;
-use crate::sink::{AnyHit, Opacity, Sink};
+use crate::sink::{AnyHit, Found, Opacity, SingleHit, Sink};
 use crate::{AnyHitPacket, Properties, RayPacket, Rays};
+use single::TraceSingle;
+use stack::Entry;
 
 /// How many rays took which path: what `--stats` prints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,6 +105,38 @@ impl<L: Leaf> WideBvh<L> {
         token.run(Traverse { bvh: self, rays, sink, roots })
     }
 
+    /// The nearest hit of one ray in the interval `(t_min, t_max]`: distance and id, the same as [`intersect`](Self::intersect)
+    /// finds.
+    pub fn intersect_one(
+        &self,
+        token: AnyToken,
+        origin: Vec3,
+        direction: Vec3,
+        interval: [f32; 2],
+    ) -> Option<(f32, u32)> {
+        let found = self.one::<false>(token, origin, direction, interval);
+        found.hit.then_some((found.t_max, found.id))
+    }
+
+    /// Does one ray hit anything in the interval `(t_min, t_max]`?
+    pub fn occluded_one(&self, token: AnyToken, origin: Vec3, direction: Vec3, interval: [f32; 2]) -> bool {
+        self.one::<true>(token, origin, direction, interval).hit
+    }
+
+    fn one<const ANY: bool>(&self, token: AnyToken, origin: Vec3, direction: Vec3, [t_min, t_max]: [f32; 2]) -> Found {
+        let mut rays = Rays::<1>::default();
+        rays.reset(0..1, Properties::empty());
+        rays.set_ray(0, origin, direction);
+        rays.set_interval(0, t_min, t_max);
+        // What is derived is rounded alike at every level.
+        rays.shears(Scalar::new());
+        rays.inverse_directions(Scalar::new());
+        let ray = OneRay::of(&rays, 0, padded_origin(&rays, self.scale, 0));
+        let hit = SingleHit::of(t_max);
+        let stack = &mut [Entry::NONE; STACK];
+        token.run(TraceSingle::<L, ANY> { bvh: self, ray, hit, child: self.root, stack, base: 0 })
+    }
+
     /// Asks for what a child holds before it is visited.
     #[inline(always)]
     fn prefetch(&self, child: Child) {
@@ -112,17 +148,18 @@ impl<L: Leaf> WideBvh<L> {
     }
 }
 
-/// A walk in a region that was entered before; `ALL` leaves are tested without the tree.
-#[cfg(feature = "lab")]
+/// A walk at a level that is known already; if `all`, every leaf is tested without the tree.
+#[cfg(all(feature = "lab-traversal", not(test)))]
 #[inline(always)]
-pub(crate) fn run<T: Token, const N: usize, L: Leaf, S: Sink<N>, const ALL: bool>(
+pub(crate) fn run<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
     token: T,
     bvh: &WideBvh<L>,
     rays: &mut Rays<N>,
     sink: &mut S,
+    all: bool,
 ) {
-    let roots = if ALL { Roots::all(bvh) } else { Roots::tree(bvh) };
-    packet::traverse(token, bvh, rays, sink, roots);
+    let roots = if all { Roots::all(bvh) } else { Roots::tree(bvh) };
+    token.run(Traverse { bvh, rays, sink, roots });
 }
 
 /// Where walks start: at the tree's root, or at every leaf, as if there were no tree.
