@@ -19,7 +19,7 @@ pub struct Options {
     /// Only this level; may be given more than once
     #[arg(long, visible_alias = "isa", value_name = "LEVEL")]
     pub level: Vec<Level>,
-    /// Only this packet width (1, 2, 4 ... 256); may be given more than once
+    /// Only this packet width; may be given more than once
     #[arg(long, visible_alias = "packet", value_name = "N", value_parser = width)]
     pub width: Vec<usize>,
     /// One JSON array on standard output
@@ -73,7 +73,7 @@ pub fn measure(options: &Options, each: &mut dyn FnMut(&Measured) -> io::Result<
             if !options.level.is_empty() && !options.level.contains(&token.level()) {
                 continue;
             }
-            for width in WIDTHS.into_iter().filter(|w| options.width.is_empty() || options.width.contains(w)) {
+            for &width in WIDTHS.iter().filter(|w| options.width.is_empty() || options.width.contains(w)) {
                 let row = bench.row(index, token, width);
                 let measured = Measured {
                     ns: row.ticks * per_tick,

@@ -13,10 +13,11 @@
 
 use mobula_simd::{MaskLanes, Token};
 
+use super::paths::Paths;
+use super::roots::Roots;
 use super::single::TraceSingle;
 use super::stack::{Entry, Met};
 use super::stream::TraceStream;
-use super::{Paths, Roots};
 use crate::bvh::{Child, Node, STACK, WideBvh};
 use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
 use crate::kernel::frusta::{Frusta, NodeDistances};

@@ -5,7 +5,7 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
 
-use super::Roots;
+use super::roots::Roots;
 use super::single::TraceSingle;
 use super::stack::{Entry, Met};
 use crate::bvh::{Node, STACK, WideBvh};

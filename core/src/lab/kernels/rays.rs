@@ -202,11 +202,11 @@ impl<const COMMON_ORIGIN: bool> Kernel for FrustaSetup<COMMON_ORIGIN> {
         let size = group_size(draft.rays.len());
         for i in draft.range.clone() {
             let of = |at| outcome.extra(i / size * GROUP_EXTRA + at);
-            if of(0) == f32::from(MIXED) {
+            // NaN is outside of nothing, and a ray without a direction goes no way.
+            let (ray, [x, y, z]) = (&draft.rays[i], outcome.shear(i));
+            if of(0) == f32::from(MIXED) || z.is_nan() {
                 continue;
             }
-            // NaN is outside of nothing.
-            let (ray, [x, y, z]) = (&draft.rays[i], outcome.shear(i));
             let mut outside = x < of(1) || x > of(2) || y < of(3) || y > of(4) || ray.t_max > of(11);
             for axis in 0..3 {
                 outside |= ray.origin[axis] < of(5 + 2 * axis) || ray.origin[axis] > of(6 + 2 * axis);
