@@ -54,8 +54,7 @@
 //! | [`oracle`] | what is true: naive `f64` tests with a margin, which tests hold everything else against |
 //! | [`traverse`] | how packets and single rays find their primitives; why nothing is lost to rounding |
 //! | [`bvh`] | the tree of eight children a node, its builder, and the blocks of triangles or spheres in its leaves |
-//! | [`sub_packet`] | a range of a packet's rays without a copy; values derived once, when first asked for |
-//! | [`packet`], [`any_hit`] | rays with hits and room for shading; rays of which only is asked whether they hit |
+//! | [`packet`], [`any_hit`] | rays with their hits; rays of which only is asked whether they hit |
 //! | [`rays`] | origins, directions, intervals, and what is derived from them alone |
 //! | [`kernel`] | ray against triangle, sphere and box, once, generic over lanes |
 //! | [`properties`] | what may be known of all rays of a packet, who says so, who relies on it, what ends it |
@@ -75,7 +74,6 @@ pub mod oracle;
 pub mod packet;
 pub mod properties;
 pub mod rays;
-pub mod sub_packet;
 pub mod traverse;
 
 pub use any_hit::AnyHitPacket;
@@ -86,4 +84,3 @@ pub use mobula_simd as simd;
 pub use packet::{Hits, NO_HIT, RayPacket};
 pub use properties::Properties;
 pub use rays::Rays;
-pub use sub_packet::{SubPacket, Surface};

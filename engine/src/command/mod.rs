@@ -19,7 +19,7 @@ use clap::Parser;
 use mobula::app::{self, Settings, State};
 use mobula::load::Loaded;
 use mobula::pipeline::{Config, Pipeline};
-use mobula::scene::Geometry;
+use mobula::scene::Geometries;
 use mobula_simd::AnyToken;
 
 use args::{Cli, Command, SceneOptions};
@@ -78,6 +78,7 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
         threads: options.threads.unwrap_or(Config::default().threads),
         size: options.size,
         view: None,
+        camera: options.camera,
         renderer: options.renderer,
         sampler: options.samples.unwrap_or(options.sampler),
         traverser: options.traverser,
@@ -92,11 +93,11 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
 
     let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
     scene.up = options.up.0.or(scene.up);
-    scene.background = options.background.unwrap_or(scene.background);
+    scene.background = options.background.clone().unwrap_or(scene.background);
     let spinner = scene::spinner("building the acceleration structure".into());
     let (pipeline, seconds) = render::timed(|| -> Result<_, Failure> {
-        let geometry = Geometry::new(&scene.objects).map_err(app::AppError::from)?;
-        Ok(app::pipeline_with_geometry(&scene, geometry.into(), &settings)?)
+        let geometry = Geometries::build(scene.geometry.clone(), settings.acceleration);
+        Ok(app::pipeline_with_geometry(&scene, geometry.map_err(app::AppError::from)?, &settings)?)
     });
     spinner.finish_and_clear();
     let mut pipeline = pipeline?;

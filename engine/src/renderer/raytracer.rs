@@ -1,8 +1,6 @@
 //! The ray tracer of the paper's Figure 6.
 
-use mobula_core::RayPacket;
-
-use super::runs::next_run;
+use crate::packet::Packet;
 use crate::stack::{Context, Renderer};
 
 /// Intersects a packet, splits it into runs of one material, and hands each run to that material as a sub-packet, or to
@@ -19,18 +17,12 @@ impl Default for Raytracer {
     }
 }
 
-impl<const N: usize> Renderer<N> for Raytracer {
-    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
-        let scene = context.scene;
-        packet.reset_hits();
+impl Renderer for Raytracer {
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet) {
         if packet.depth <= self.max_depth {
             context.statistics.count_rays(packet);
-            scene.intersect(context, packet);
+            context.scene.intersect(context, packet);
         }
-        let mut at = packet.range().start;
-        while let Some((material, range)) = next_run(packet, at) {
-            at = range.end;
-            scene.shade(context, material, &mut packet.sub_packet(range));
-        }
+        context.scene.shade(context, packet);
     }
 }

@@ -1,9 +1,10 @@
-//! Shadow rays: the one place that makes any-hit packets (paper 5.4: secondary rays are new packets on the stack).
+//! Shadow rays: the one place that makes any-hit packets (paper 5.4: secondary rays are new packets).
 
 use glam::Vec3;
-use mobula_core::{AnyHitPacket, Properties};
+use mobula_core::Properties;
 
-use crate::material::Points;
+use super::Points;
+use crate::packet::{AnyHitPacket, Column, set_vec3, vec3};
 use crate::pipeline::fault::scope;
 use crate::scratch::lend;
 use crate::stack::{Context, Illumination, Light};
@@ -18,22 +19,17 @@ const NEAR: f32 = 64.0;
 /// near point light they start at the light, which makes their origin common; else at the points. Directions are of unit
 /// length in both cases. Shading points are offset from their surface (see [`Points::offset`]), so the whole interval up
 /// to the point, or to the light, is tested.
-pub fn illuminate<const N: usize>(
-    context: &Context<'_, N>,
-    light: &dyn Light<N>,
-    points: &Points<N>,
-    out: &mut Illumination<N>,
-) {
-    scope("light", || light.illuminate(&points.position, points.range(), out));
-    let mut facing = [0_u16; N];
+pub fn illuminate(context: &Context<'_>, light: &dyn Light, points: &Points, out: &mut Illumination) {
+    scope("light", || light.illuminate(points.positions(), out));
+    let facing: &mut Column<u16> = &mut lend(context.width);
     let mut count = 0;
-    for i in points.range() {
-        let direction = out.direction(i);
+    for i in 0..points.len() {
+        let direction = vec3(&out.direction, i);
         if direction.dot(points.normal(i)) > 0.0 && direction.dot(points.geometric_normal(i)) > 0.0 {
             facing[count] = i as u16;
             count += 1;
         } else {
-            out.set_radiance(i, Vec3::ZERO);
+            set_vec3(&mut out.radiance, i, Vec3::ZERO);
         }
     }
     if !context.scene.shadows || count == 0 {
@@ -41,46 +37,50 @@ pub fn illuminate<const N: usize>(
     }
 
     let facing = &facing[..count];
-    let packet: &mut AnyHitPacket<N> = &mut lend();
-    packet.reset(0..count);
+    let packet: &mut AnyHitPacket = &mut lend(context.width);
+    packet.reset(count);
+    let rays = packet.rays_mut();
     match light.position().filter(|&position| is_near(context, position)) {
         Some(position) => {
+            rays.set_common_origin(position);
+            let distances: &mut Column<f32> = &mut lend(context.width);
+            let directions = &mut rays.directions_mut();
             for (k, &i) in facing.iter().enumerate() {
                 let i = usize::from(i);
                 let v = points.offset(i, 1.0, out.distance[i]) - position;
-                let distance = v.length();
-                packet.set_ray(k, position, v * (1.0 / distance));
-                packet.set_interval(k, 0.0, distance);
+                distances[k] = v.length();
+                set_vec3(directions, k, v * (1.0 / distances[k]));
             }
-            packet.set_common_origin(position);
+            rays.t_max_mut().copy_from_slice(&distances[..count]);
         }
         None => {
-            for (k, &i) in facing.iter().enumerate() {
-                let i = usize::from(i);
-                packet.set_ray(k, points.offset(i, 1.0, 0.0), out.direction(i));
-                packet.set_interval(k, 0.0, out.distance[i]);
-            }
+            let origins = &mut rays.origins_mut();
+            facing.iter().enumerate().for_each(|(k, &i)| set_vec3(origins, k, points.offset(i.into(), 1.0, 0.0)));
+            let directions = &mut rays.directions_mut();
+            facing.iter().enumerate().for_each(|(k, &i)| set_vec3(directions, k, vec3(&out.direction, i.into())));
+            rays.t_max_mut().iter_mut().zip(facing).for_each(|(t_max, &i)| *t_max = out.distance[usize::from(i)]);
         }
     }
     // Coordinates near the end of what a float can hold give directions that are not.
-    if (0..count).all(|k| (packet.ray(k).1.length_squared() - 1.0).abs() < 1e-5) {
-        packet.promise(Properties::NORMALIZED_DIRECTIONS);
+    let directions = rays.directions();
+    if (0..count).all(|k| (vec3(&directions, k).length_squared() - 1.0).abs() < 1e-5) {
+        rays.promise(Properties::NORMALIZED_DIRECTIONS);
     }
 
     let statistics = context.statistics;
     statistics.shadow.set(statistics.shadow.get() + count as u64);
     context.scene.occlude(context, packet);
-    for (k, &i) in facing.iter().enumerate() {
-        if packet.occluded(k) {
-            out.set_radiance(usize::from(i), Vec3::ZERO);
+    for (&i, &t_max) in facing.iter().zip(packet.rays().t_max()) {
+        if t_max == f32::NEG_INFINITY {
+            set_vec3(&mut out.radiance, i.into(), Vec3::ZERO);
         }
     }
 }
 
 /// From a light that is much further away than the scene is large, rays could not be aimed well enough. Depends on light
 /// and scene only, so that all packets do the same.
-fn is_near<const N: usize>(context: &Context<'_, N>, position: Vec3) -> bool {
-    let (low, high) = context.scene.geometry().bounds();
+fn is_near(context: &Context<'_>, position: Vec3) -> bool {
+    let (low, high) = context.scene.geometry.bounds();
     let size = (high - low).max_element();
     (position - low).abs().max((position - high).abs()).max_element() <= NEAR * size
 }

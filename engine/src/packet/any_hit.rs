@@ -1,0 +1,46 @@
+//! Rays of which only is asked whether they get through.
+
+use mobula_core::traverse::Paths;
+use mobula_simd::AnyToken;
+
+use super::intersect::EveryWidth;
+use super::rays::{Rays, StoredAnyHit};
+
+/// Rays of which only is asked whether they hit anything (shadows): no storage for shading.
+#[derive(Clone, Debug)]
+pub struct AnyHitPacket {
+    stored: StoredAnyHit,
+}
+
+impl AnyHitPacket {
+    /// A packet for so many rays. The first use is [`reset`](Self::reset).
+    ///
+    /// # Panics
+    /// If there are no packets so wide: see [`PacketWidth::WIDEST`](super::PacketWidth::WIDEST).
+    pub fn new(width: usize) -> Self {
+        Self { stored: StoredAnyHit::new(width) }
+    }
+
+    /// Makes the first `count` rays the active ones: full intervals, no properties.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    pub fn reset(&mut self, count: usize) {
+        self.stored.reset(count);
+    }
+
+    /// The active rays.
+    pub fn rays(&self) -> &dyn Rays {
+        self.stored.rays()
+    }
+
+    /// The active rays, to change.
+    pub fn rays_mut(&mut self) -> &mut dyn Rays {
+        self.stored.rays_mut()
+    }
+
+    /// Finds what is in the way of the rays.
+    pub fn occlude<S: EveryWidth + ?Sized>(&mut self, token: AnyToken, structure: &S) -> Paths {
+        self.stored.occlude(token, structure)
+    }
+}
