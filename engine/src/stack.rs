@@ -108,6 +108,13 @@ pub trait Material: Any + Debug + Send + Sync {
     fn describe(&self) -> String;
 }
 
+impl dyn Material {
+    /// The material as what it is, if it is of that type.
+    pub fn downcast_ref<M: Material>(&self) -> Option<&M> {
+        (self as &dyn Any).downcast_ref()
+    }
+}
+
 /// Colours rays that hit nothing.
 pub trait Background: Any + Debug + Send + Sync {
     /// Writes the colour of every ray of the sub-packet: none hit anything.

@@ -303,3 +303,95 @@ fn leading(values: &[u32], alike: impl Fn(u32) -> bool) -> usize {
     }
     end + values[end..].iter().take_while(|&&value| alike(value)).count()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Mesh, Spheres};
+    use super::*;
+    use crate::packet::set_vec3;
+    use proptest::prelude::*;
+
+    /// A square across z.
+    fn square(z: f32, materials: Vec<u32>) -> Arc<dyn Geometry> {
+        let positions = vec![[-9.0, -9.0, z], [9.0, -9.0, z], [9.0, 9.0, z], [-9.0, 9.0, z]];
+        Arc::new(Mesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], materials, material: 3, ..Mesh::default() })
+    }
+
+    /// A sphere whose nearest point is at z.
+    fn sphere(z: f32) -> Arc<dyn Geometry> {
+        Arc::new(Spheres { centers: vec![[0.5, 0.25, z - 0.5]], radii: vec![0.5], material: 7, ..Spheres::default() })
+    }
+
+    fn build(list: Vec<Arc<dyn Geometry>>) -> Geometries {
+        Geometries::build(list, AccelerationKind::Bvh).unwrap()
+    }
+
+    /// What 20 rays down the z axis from z = 4 hit: all the same place.
+    fn hit(geometries: &Geometries) -> (Vec<Run>, u32, f32) {
+        let mut packet = Packet::new(64);
+        packet.reset(20);
+        for i in 0..20 {
+            set_vec3(&mut packet.rays_mut().origins_mut(), i, Vec3::new(0.5, 0.25, 4.0));
+            set_vec3(&mut packet.rays_mut().directions_mut(), i, Vec3::NEG_Z);
+        }
+        geometries.intersect(AnyToken::detect(), &mut packet, 5);
+        (packet.runs().to_vec(), packet.primitives()[0], packet.rays().t_max()[0])
+    }
+
+    #[test]
+    fn of_hits_at_one_distance_the_lower_pair_counts_across_structures() {
+        let run = |geometry, material| vec![Run { rays: 0..20, hit: Some((geometry, material)) }];
+        // In all orders of two kinds of structures; 7 is above the last material, 5.
+        assert_eq!(hit(&build(vec![square(0.0, vec![]), sphere(0.0)])), (run(0, 3), 0, 4.0));
+        assert_eq!(hit(&build(vec![sphere(0.0), square(0.0, vec![])])), (run(0, 5), 0, 4.0));
+        assert_eq!(hit(&build(vec![square(-1.0, vec![]), sphere(0.0), square(0.0, vec![])])), (run(1, 5), 0, 4.0));
+        assert_eq!(hit(&build(vec![sphere(-1.0), square(0.0, vec![]), sphere(0.0)])), (run(1, 3), 0, 4.0));
+        // The nearer one in any case.
+        assert_eq!(hit(&build(vec![square(0.0, vec![]), sphere(0.5)])), (run(1, 5), 0, 3.5));
+        assert_eq!(hit(&build(vec![sphere(0.5), square(1.0, vec![])])), (run(1, 3), 0, 3.0));
+        assert_eq!(hit(&build(vec![square(0.0, vec![]), square(0.0, vec![1; 2]), sphere(-0.5)])), (run(0, 3), 0, 4.0));
+    }
+
+    #[test]
+    fn runs_have_one_geometry_and_material() {
+        let list = vec![square(0.0, vec![2, 9]), sphere(1.0)];
+        let geometries = build(list);
+        let mut packet = Packet::new(64);
+        packet.reset(64);
+        let from = |i: usize| match i {
+            0..10 => Vec3::new(20.0, 0.0, 4.0),
+            10..30 => Vec3::new(3.0, -3.0, 4.0),
+            30..40 => Vec3::new(-3.0, 3.0, 4.0),
+            _ => Vec3::new(0.5, 0.25, 4.0),
+        };
+        for i in 0..64 {
+            set_vec3(&mut packet.rays_mut().origins_mut(), i, from(i));
+            set_vec3(&mut packet.rays_mut().directions_mut(), i, Vec3::NEG_Z);
+        }
+        geometries.intersect(AnyToken::detect(), &mut packet, 5);
+        let expected = [(0..10, None), (10..30, Some((0, 2))), (30..40, Some((0, 5))), (40..64, Some((1, 5)))];
+        assert_eq!(packet.runs(), expected.map(|(rays, hit)| Run { rays, hit }));
+        assert_eq!(packet.primitives()[10..40], [[0; 20].as_slice(), &[1; 10]].concat());
+        assert_eq!([geometries.place(0, 1), geometries.place(1, 0)], [1, 2]);
+    }
+
+    #[test]
+    fn geometry_without_primitives_is_in_no_structure() {
+        let empty: Arc<dyn Geometry> = Arc::new(Mesh::default());
+        let mut geometries = build(vec![empty.clone(), sphere(0.0), empty.clone()]);
+        assert_eq!(hit(&geometries).2, 4.0);
+        assert_eq!(geometries.refit(vec![empty.clone(), sphere(1.0), empty.clone()]), Ok(()));
+        assert_eq!(hit(&geometries).2, 3.0);
+        assert_eq!(geometries.refit(vec![square(0.0, vec![]), sphere(1.0), empty]), Err(NeedsRebuild));
+        assert_eq!(hit(&build(vec![])), (vec![Run { rays: 0..20, hit: None }], 0, f32::INFINITY));
+    }
+
+    proptest! {
+        #[test]
+        fn equal_values_are_counted(values in prop::collection::vec(0..2_u32, 0..80)) {
+            let first = values.first().copied().unwrap_or(0);
+            let expected = values.iter().take_while(|&&value| value == first).count();
+            prop_assert_eq!(leading(&values, |value| value == first), expected);
+        }
+    }
+}

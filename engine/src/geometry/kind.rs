@@ -46,6 +46,13 @@ pub trait Geometry: Surface + Any + Debug + Send + Sync {
     fn structure(&self, members: &[Arc<dyn Geometry>], kind: AccelerationKind) -> Box<dyn Structure>;
 }
 
+impl dyn Geometry {
+    /// The geometry as what it is, if it is of that type.
+    pub fn downcast_ref<G: Geometry>(&self) -> Option<&G> {
+        (self as &dyn Any).downcast_ref()
+    }
+}
+
 /// What finds the hits of one or several geometries.
 pub trait Structure: EveryWidth + Debug + Send + Sync {
     /// Number of primitives that rays can hit. One without any is not asked.

@@ -1,6 +1,5 @@
 //! Geometries of one kind in one bounding volume hierarchy of `mobula-core`.
 
-use std::any::Any;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -46,7 +45,7 @@ struct Members<'a, G> {
 impl<'a, G: InTree> Members<'a, G> {
     /// `None` if one of them is of another type.
     fn new(members: &'a [Arc<dyn Geometry>]) -> Option<Self> {
-        let typed = |member: &'a Arc<dyn Geometry>| (&**member as &dyn Any).downcast_ref::<G>();
+        let typed = |member: &'a Arc<dyn Geometry>| member.downcast_ref::<G>();
         let members = members.iter().map(typed).collect::<Option<Vec<_>>>()?;
         let mut firsts = vec![0];
         let mut end = 0;

@@ -22,6 +22,8 @@ mod intersect;
 mod rays;
 mod sub_packet;
 mod surface;
+#[cfg(test)]
+mod tests;
 mod width;
 
 pub use any_hit::AnyHitPacket;
