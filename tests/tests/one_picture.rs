@@ -2,13 +2,12 @@
 //! and level of one numeric family.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use mobula::accel::AccelerationKind;
-use mobula::app::{PacketWidth, Settings, pipeline_with_geometry};
+use mobula::app::{PacketWidth, Settings, pipeline};
 use mobula::balance::BalancerKind;
 use mobula::image::Size;
-use mobula::scene::{Geometry, SceneDescription};
+use mobula::scene::SceneDescription;
 use mobula_simd::AnyToken;
 
 const THREADS: [usize; 4] = [1, 2, 3, 7];
@@ -16,14 +15,12 @@ const BALANCERS: [&str; 4] = ["work-queue", "work-queue:3", "cyclic", "static"];
 
 struct Case {
     description: SceneDescription,
-    geometry: Arc<Geometry>,
     size: Size,
 }
 
 impl Case {
     fn new(description: SceneDescription, size: (usize, usize)) -> Self {
-        let geometry = Arc::new(Geometry::new(&description.objects).unwrap());
-        Self { description, geometry, size: Size::new(size.0, size.1).unwrap() }
+        Self { description, size: Size::new(size.0, size.1).unwrap() }
     }
 
     fn picture(&self, settings: Settings) -> Vec<u8> {
@@ -32,7 +29,7 @@ impl Case {
 
     fn picture_after(&self, frames: u64, settings: Settings) -> Vec<u8> {
         let settings = Settings { size: self.size, ..settings };
-        let mut pipeline = pipeline_with_geometry(&self.description, self.geometry.clone(), &settings).unwrap();
+        let mut pipeline = pipeline(&self.description, &settings).unwrap();
         pipeline.run(frames).unwrap();
         let (_, picture) = pipeline.picture(0).unwrap();
         picture.to_rgba8()
@@ -52,7 +49,7 @@ impl Case {
             let same = |what: String, settings: Settings| {
                 assert!(self.picture(settings) == reference, "{what} gives another picture than {first:?}");
             };
-            for (&token, packet) in levels.iter().flat_map(|t| PacketWidth::ALL.map(|p| (t, p))) {
+            for (&token, packet) in levels.iter().flat_map(|t| PacketWidth::ALL.iter().map(move |&p| (t, p))) {
                 same(format!("{token:?}, packets of {packet}"), Settings { token, packet, ..base.clone() });
             }
             let token = *levels.last().unwrap();
