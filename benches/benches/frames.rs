@@ -14,12 +14,12 @@ use mobula::app::{self, PacketWidth, Settings};
 use mobula::background::Constant;
 use mobula::camera::View;
 use mobula::color::to_pixels;
-use mobula::image::Size;
-use mobula::renderer::RendererKind;
-use mobula::sampler::morton;
 use mobula::geometry::Mesh;
+use mobula::image::Size;
 use mobula::light::{Hemisphere, Point};
 use mobula::material::Lambertian;
+use mobula::renderer::RendererKind;
+use mobula::sampler::morton;
 use mobula::scene::SceneDescription;
 use mobula::{generate, load};
 use mobula_benches::clock;
@@ -271,7 +271,8 @@ fn measure(
     let light = glam::Vec3::from(view.light);
     let (description, camera) = describe(view, &arguments.data)?;
     let default = Lambertian::default().diffuse;
-    let color = |material: u32| description.materials.get(material as usize).map_or(default, |m| m.material.base_color());
+    let color =
+        |material: u32| description.materials.get(material as usize).map_or(default, |m| m.material.base_color());
     let meshes = description.geometry.iter().filter_map(|geometry| geometry.downcast_ref::<Mesh>());
     let colors: Vec<glam::Vec3> =
         meshes.flat_map(|mesh| (0..mesh.triangles.len()).map(|i| color(mesh.material_of(i)))).collect();

@@ -1,6 +1,7 @@
 //! Mobula's timed loop: fill a packet from the arrays, say what is true of it, trace, store what was found.
 
-use mobula_core::bvh::{Block, Bvh, Join};
+use mobula_core::bvh::{Bvh, Join};
+use mobula_core::leaf::Block;
 use mobula_core::simd::AnyToken;
 use mobula_core::{AnyHitPacket, Columns3, Properties, RayPacket, Rays};
 use rayon_core::{ThreadPool, ThreadPoolBuilder};

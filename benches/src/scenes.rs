@@ -6,8 +6,8 @@
 use std::path::Path;
 
 use mobula::generate;
-use mobula::load;
 use mobula::geometry::{Mesh, Spheres};
+use mobula::load;
 use mobula::scene::SceneDescription;
 
 use crate::rays::{cross, sub};

@@ -2,8 +2,9 @@
 //!
 //!     cargo run --release -p mobula-core --example special_cases
 
-use mobula_core::bvh::{Serial, SphereBlock};
+use mobula_core::bvh::Serial;
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::SphereBlock;
 use mobula_core::simd::AnyToken;
 use mobula_core::{Bvh, Properties, RayPacket};
 

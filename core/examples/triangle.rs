@@ -2,8 +2,9 @@
 //!
 //!     cargo run --release -p mobula-core --example triangle
 
-use mobula_core::bvh::{Serial, TriangleBlock};
+use mobula_core::bvh::Serial;
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::TriangleBlock;
 use mobula_core::simd::AnyToken;
 use mobula_core::{Bvh, RayPacket};
 

@@ -6,7 +6,8 @@
 //! traced in it:
 //!
 //! ```
-//! use mobula_core::bvh::{Serial, TriangleBlock};
+//! use mobula_core::bvh::Serial;
+//! use mobula_core::leaf::TriangleBlock;
 //! use mobula_core::glam::Vec3;
 //! use mobula_core::simd::AnyToken;
 //! use mobula_core::{Bvh, RayPacket};
@@ -70,10 +71,12 @@ pub mod column;
 pub mod kernel;
 #[cfg(feature = "lab")]
 pub mod lab;
+pub mod leaf;
 pub mod oracle;
 pub mod packet;
 pub mod properties;
 pub mod rays;
+pub mod sink;
 pub mod traverse;
 
 pub use any_hit::AnyHitPacket;

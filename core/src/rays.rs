@@ -91,6 +91,25 @@ impl<const N: usize> Rays<N> {
         (self.begin, self.end) = (range.start, range.end);
     }
 
+    /// A copy of the `W` rays from `at`, with all that was derived from them; the active ones of them are active.
+    #[inline(always)]
+    pub(crate) fn section<const W: usize>(&self, at: usize) -> Rays<W> {
+        let rows = W.min(N - at);
+        let mut copy = Rays::<W>::default();
+        for axis in 0..3 {
+            copy_rows(&self.origin[axis], at, rows, &mut copy.origin[axis]);
+            copy_rows(&self.direction[axis], at, rows, &mut copy.direction[axis]);
+            copy_rows(&self.inverse[axis], at, rows, &mut copy.inverse[axis]);
+            copy_rows(&self.shear[axis], at, rows, &mut copy.shear[axis]);
+        }
+        copy_rows(&self.t_min, at, rows, &mut copy.t_min);
+        copy_rows(&self.t_max, at, rows, &mut copy.t_max);
+        copy_rows(&self.axis, at, rows, &mut copy.axis);
+        (copy.begin, copy.end) = (self.begin.max(at) - at, self.end.min(at + rows) - at);
+        copy.properties = self.properties;
+        copy
+    }
+
     /// What is known of all rays.
     #[inline(always)]
     pub fn properties(&self) -> Properties {
@@ -302,7 +321,8 @@ impl<const N: usize> Rays<N> {
         let first = self.begin;
         let mut octant = 0;
         for axis in 0..3 {
-            octant |= u8::from(self.inverse[axis][first] < 0.0) << axis;
+            // The bit, not `< 0`: the reciprocal of minus infinity is minus zero.
+            octant |= u8::from(self.inverse[axis][first].is_sign_negative()) << axis;
         }
         self.properties.contains(Properties::CONSTANT_SIGNS).then_some(octant)
     }
@@ -363,6 +383,17 @@ impl<const N: usize> Rays<N> {
 fn dominant_axis(d: Vec3) -> usize {
     let size = d.abs();
     if size.z > size.x && size.z > size.y { 2 } else { usize::from(size.y > size.x) }
+}
+
+/// Copies the rows from `at` to the start of another column.
+#[inline(always)]
+fn copy_rows<T: Copy, const N: usize, const W: usize>(
+    from: &Column<T, N>,
+    at: usize,
+    rows: usize,
+    to: &mut Column<T, W>,
+) {
+    to[..rows].copy_from_slice(&from[at..at + rows]);
 }
 
 /// Row `i` of three columns.

@@ -3,8 +3,9 @@
 mod common;
 
 use common::{Aim, Random, Shape, Triangle};
-use mobula_core::bvh::{Bounds, Bvh, Join, Quality, Serial, TriangleBlock};
+use mobula_core::bvh::{Bvh, Join, Quality, Serial};
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::{Bounds, TriangleBlock};
 use mobula_core::simd::AnyToken;
 use mobula_core::{NO_HIT, Properties, RayPacket};
 

@@ -19,7 +19,8 @@ mod common;
 
 use common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
 use glam::{DVec3, Vec3};
-use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Bvh, Serial};
+use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::oracle::{self, Ray, Truth};
 use mobula_core::simd::AnyToken;
 use mobula_core::{Properties, RayPacket};

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use mobula_core::bvh::{Bvh, Serial, TriangleBlock};
+use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::TriangleBlock;
 use mobula_core::simd::{AnyToken, Scalar, Task, Token};
 use mobula_core::{AnyHitPacket, NO_HIT, Properties, RayPacket, Rays};
 use proptest::prelude::*;
@@ -129,8 +130,8 @@ fn new_hits_forget_what_was_derived_from_the_old() {
 }
 
 #[test]
-fn an_any_hit_packet_holds_rays_and_nothing_else() {
-    assert_eq!(size_of::<AnyHitPacket<64>>(), size_of::<Rays<64>>());
+fn an_any_hit_packet_holds_rays_and_what_they_met_and_nothing_else() {
+    assert_eq!(size_of::<AnyHitPacket<64>>(), size_of::<Rays<64>>() + 64 * size_of::<u32>());
     let mut packet = AnyHitPacket::<64>::default();
     packet.reset(5..9);
     assert_eq!((packet.range(), packet.properties()), (5..9, Properties::ANY_HIT));

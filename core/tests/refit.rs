@@ -3,8 +3,9 @@
 mod common;
 
 use common::{AIMS, Random, SHAPES, Shape, Triangle};
-use mobula_core::bvh::{Block, Bounds, Bvh, Join, Quality, Serial, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Bvh, Join, Quality, Serial};
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::{Block, Bounds, SphereBlock, TriangleBlock};
 use mobula_core::simd::AnyToken;
 use mobula_core::{AnyHitPacket, RayPacket};
 use proptest::prelude::*;

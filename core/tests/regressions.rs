@@ -1,11 +1,11 @@
 //! What differential tests and fuzzers once found, and what is easy to get wrong, by name. At every level of this machine.
 
-use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
-use mobula_core::kernel::bounds::{PacketBounds, packet_bounds};
+use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::kernel::iso_cell::{coefficients, iso_cell};
 use mobula_core::kernel::splat3;
+use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
-use mobula_core::{Properties, RayPacket, Rays};
+use mobula_core::{Properties, RayPacket};
 
 /// One ray against a unit cell, in every lane.
 struct Cell<'a> {
@@ -78,35 +78,6 @@ fn a_cell_that_never_comes_near_zero_is_missed_and_so_is_one_that_is_zero() {
     assert_eq!(hit(|| cell(&[1.0; 8])), None);
     assert_eq!(hit(|| cell(&[0.0; 8])), None);
     assert_eq!(hit(|| cell(&[f32::NAN; 8])), None);
-}
-
-struct Bounds<'a>(&'a mut Rays<16>);
-
-impl Task for Bounds<'_> {
-    type Output = PacketBounds;
-
-    #[inline(always)]
-    fn run<T: Token>(self, token: T) -> PacketBounds {
-        self.0.inverse_directions(token);
-        packet_bounds::<T, 16, false>(token, self.0)
-    }
-}
-
-/// `min(0, -0)` is the second of them, so the sign of the result depended on how many lanes there are.
-#[test]
-fn bounds_of_zeros_of_both_signs_are_the_same_bits_at_every_level() {
-    let mut rays = Rays::<16>::default();
-    rays.reset(0..16, Properties::empty());
-    for i in 0..16 {
-        let zero = if i % 3 == 0 { -0.0 } else { 0.0 };
-        rays.set_ray(i, [zero, 0.0, 1.0].into(), [1.0, zero, -zero].into());
-        rays.set_interval(i, zero, -zero);
-    }
-    for token in AnyToken::available() {
-        let bounds = token.run(Bounds(&mut rays.clone()));
-        let zeros = [bounds.origin[0][0], bounds.origin[1][0], bounds.t_min, bounds.t_max];
-        assert_eq!(zeros.map(f32::to_bits), [0; 4], "{token:?}");
-    }
 }
 
 fn corner(i: usize, k: usize) -> [f32; 3] {

@@ -6,8 +6,9 @@ mod levels;
 mod common;
 
 use common::{Random, Shape, Triangle};
-use mobula_core::bvh::{Bvh, Serial, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::{SphereBlock, TriangleBlock};
 use mobula_core::simd::AnyToken;
 use mobula_core::{NO_HIT, Properties, RayPacket};
 

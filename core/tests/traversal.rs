@@ -3,8 +3,9 @@
 mod common;
 
 use common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
-use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::simd::AnyToken;
 use mobula_core::{AnyHitPacket, NO_HIT, Properties, RayPacket};
 use proptest::prelude::*;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use mobula_core::lab::{Entry, KERNELS, Plan, Row, WIDTHS};
-use mobula_simd::{AnyToken, Level, clock};
+use mobula_core::simd::{AnyToken, Level, clock};
 use plotters::prelude::*;
 
 /// What `mobula kernels` may be told.
@@ -73,7 +73,7 @@ pub fn measure(options: &Options, each: &mut dyn FnMut(&Measured) -> io::Result<
             if !options.level.is_empty() && !options.level.contains(&token.level()) {
                 continue;
             }
-            for width in WIDTHS.into_iter().filter(|w| options.width.is_empty() || options.width.contains(w)) {
+            for &width in WIDTHS.iter().filter(|w| options.width.is_empty() || options.width.contains(w)) {
                 let row = bench.row(index, token, width);
                 let measured = Measured {
                     ns: row.ticks * per_tick,
@@ -143,7 +143,7 @@ impl Bench {
 }
 
 fn scalar() -> AnyToken {
-    AnyToken::Scalar(mobula_simd::Scalar::new())
+    AnyToken::Scalar(mobula_core::simd::Scalar::new())
 }
 
 /// The rate of the clock that kernels are timed with.

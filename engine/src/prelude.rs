@@ -4,7 +4,7 @@
 pub use std::sync::Arc;
 
 pub use glam::Vec3;
-pub use mobula_simd::AnyToken;
+pub use mobula_core::simd::AnyToken;
 
 pub use crate::app::Components;
 pub use crate::image::Size;

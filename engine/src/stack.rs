@@ -10,12 +10,13 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use glam::Vec3;
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::OPAQUE;
 use mobula_core::traverse::Paths;
-use mobula_simd::AnyToken;
 
-use crate::geometry::Geometries;
+use crate::geometry::{Depths, Geometries};
 use crate::image::FrameBuffer;
-use crate::packet::{AnyHitPacket, Column, Columns3, Packet, SubPacket, columns3};
+use crate::packet::{AnyHitPacket, Column, Columns3, Packet, SubPacket, columns3, optical_depth};
 use crate::pipeline::fault::scope;
 use crate::scratch::ForWidth;
 pub use crate::traverse::Fragment;
@@ -104,6 +105,12 @@ pub trait Material: Any + Debug + Send + Sync {
     /// One colour that stands for it, unlit: what a renderer without lights shows.
     fn base_color(&self) -> Vec3;
 
+    /// The fraction of the light towards a surface that it stops, 0 to 1: what is behind gets the rest. Asked when the material is put
+    /// into the scene.
+    fn opacity(&self) -> f32 {
+        1.0
+    }
+
     /// What it looks like, in a few words for people.
     fn describe(&self) -> String;
 }
@@ -153,6 +160,29 @@ pub trait AmbientLight: Any + Debug + Send + Sync {
     fn illuminate(&self, up: Vec3, normals: [&[f32]; 3], out: [&mut [f32]; 3]);
 }
 
+/// Parts of rays, one row each: `origin + t * direction` for t from `t0` to `t1`, which may be infinite.
+#[derive(Clone, Copy, Debug)]
+pub struct Segments<'a> {
+    /// Where the rays start.
+    pub origins: [&'a [f32]; 3],
+    /// Where they go.
+    pub directions: [&'a [f32]; 3],
+    /// Where the segments begin, in lengths of the directions.
+    pub t0: &'a [f32],
+    /// Where they end.
+    pub t1: &'a [f32],
+}
+
+/// What is between surfaces. What it says of a segment must depend on that segment alone, and be the same bits at every level.
+pub trait Medium: Any + Debug + Send + Sync {
+    /// For each segment: the radiance that the medium adds, as it arrives at the beginning, linear RGB; and the fraction of the light
+    /// from the end that arrives there.
+    fn march(&self, segments: &Segments<'_>, radiance: [&mut [f32]; 3], transmittance: &mut [f32]);
+
+    /// For each segment, the fraction of the light that gets through.
+    fn transmittance(&self, segments: &Segments<'_>, out: &mut [f32]);
+}
+
 /// A material and what people call it.
 #[derive(Clone, Debug)]
 pub struct NamedMaterial {
@@ -168,6 +198,8 @@ pub struct Materials {
     list: Vec<NamedMaterial>,
     /// What faults in them are called.
     scopes: Vec<String>,
+    /// How deep their surfaces are for light that wants through.
+    depths: Vec<u32>,
 }
 
 impl Materials {
@@ -178,7 +210,8 @@ impl Materials {
     pub fn new(list: Vec<NamedMaterial>) -> Self {
         assert!(!list.is_empty(), "there is a default material");
         let scopes = list.iter().map(|named| format!("material {}", named.name)).collect();
-        Self { list, scopes }
+        let depths = list.iter().map(|named| optical_depth(named.material.opacity())).collect();
+        Self { list, scopes, depths }
     }
 
     /// The index of the default material.
@@ -199,8 +232,18 @@ impl Materials {
     /// Replaces a material. Does nothing if there is no such index.
     pub fn set(&mut self, index: u32, material: Arc<dyn Material>) {
         if let Some(place) = self.list.get_mut(index as usize) {
+            self.depths[index as usize] = optical_depth(material.opacity());
             place.material = material;
         }
+    }
+
+    /// Does any let light through?
+    fn any_transparent(&self) -> bool {
+        self.depths.iter().any(|&depth| depth < OPAQUE)
+    }
+
+    fn depth(&self, index: u32) -> u32 {
+        self.depths[index.min(self.last()) as usize]
     }
 }
 
@@ -217,6 +260,8 @@ pub struct Scene {
     pub ambient: Arc<dyn AmbientLight>,
     /// What is seen where nothing is.
     pub background: Arc<dyn Background>,
+    /// What is between surfaces; `None`: nothing.
+    pub medium: Option<Arc<dyn Medium>>,
     /// Are lights tested for what stands before them?
     pub shadows: bool,
     /// Which way is up.
@@ -234,10 +279,17 @@ impl Scene {
         context.statistics.count_paths(paths);
     }
 
-    /// Finds which rays get through.
+    /// Finds which rays get through: those whose `t_max` is not `-inf` afterwards. Surfaces that let a part of the light through
+    /// leave their [optical depth](AnyHitPacket::depths).
     pub fn occlude(&self, context: &Context<'_>, packet: &mut AnyHitPacket) {
         packet.rays().check();
-        let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet));
+        let depth = |geometry: u32, primitive: u32| {
+            let mut material = [0];
+            let all = self.geometry.get(geometry).materials(&[primitive], &mut material);
+            self.materials.depth(all.unwrap_or(material[0]))
+        };
+        let depths: Option<&Depths<'_>> = if self.materials.any_transparent() { Some(&depth) } else { None };
+        let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, depths));
         context.statistics.count_paths(paths);
     }
 

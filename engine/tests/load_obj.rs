@@ -4,8 +4,8 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use mobula::load::{LoadError, Loaded, load};
 use mobula::geometry::{Mesh, NO_INDEX};
+use mobula::load::{LoadError, Loaded, load};
 use mobula::material::{Lambertian, Phong};
 
 /// A folder of its own for each test, removed at its end.

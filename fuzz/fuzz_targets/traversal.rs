@@ -2,7 +2,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use mobula_core::bvh::{Block, Bvh, Serial, SphereBlock, TriangleBlock};
+use mobula_core::bvh::{Bvh, Serial};
+use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::lab::{Dice, Style};
 use mobula_core::simd::AnyToken;
 use mobula_core::{AnyHitPacket, Properties, RayPacket};

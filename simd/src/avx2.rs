@@ -5,7 +5,7 @@ use core::arch::x86_64::*;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use crate::window::{window, window_mut};
-use crate::{F32Lanes, Fused, I32Lanes, Level, MaskLanes, Task, Token};
+use crate::{F32Lanes, I32Lanes, Level, MaskLanes, Task, Token};
 
 /// The token of eight fused lanes: proof of AVX2, FMA, BMI1, BMI2 and POPCNT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,13 +54,6 @@ impl Avx2 {
     #[inline]
     pub fn detect() -> Option<Self> {
         detected::get().then_some(Self(()))
-    }
-
-    /// The one-lane twin, which needs no more than this.
-    #[must_use]
-    #[inline(always)]
-    pub const fn fused(self) -> Fused {
-        Fused::of(self)
     }
 
     /// The same lanes.

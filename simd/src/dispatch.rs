@@ -53,7 +53,7 @@ impl AnyToken {
         Self::available().last().unwrap_or(Self::Scalar(Scalar::new()))
     }
 
-    /// The level that the environment variable `MOBULA_ISA` names, or the best one if it is unset or empty.
+    /// The level that the environment variable `MOBULA_ISA` names, in upper or lower case, or the best one if it is unset or empty.
     ///
     /// # Errors
     /// [`EnvError`], if it names no level, or one that this machine does not have.
@@ -271,6 +271,7 @@ mod tests {
         assert_eq!(AnyToken::from_env_value(""), Ok(AnyToken::detect()));
         for token in AnyToken::available() {
             assert_eq!(AnyToken::from_env_value(token.level().name()), Ok(token));
+            assert_eq!(AnyToken::from_env_value(&token.level().name().to_uppercase()), Ok(token));
         }
     }
 

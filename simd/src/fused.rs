@@ -16,11 +16,14 @@ impl Fused {
     pub fn detect() -> Option<Self> {
         Avx2::detect().map(Avx2::fused)
     }
+}
 
-    /// What [`Avx2::fused`] calls.
+impl Avx2 {
+    /// The one-lane twin, which needs no more than this.
+    #[must_use]
     #[inline(always)]
-    pub(crate) const fn of(avx2: Avx2) -> Self {
-        Self(avx2)
+    pub const fn fused(self) -> Fused {
+        Fused(self)
     }
 }
 

@@ -1,11 +1,11 @@
 //! The lane traits: what every level can do, written once.
 //!
 //! A [`Token`] proves that its instruction set is there; lane values come only from a token, so their methods are safe.
-//! Two families of numerics: *unfused* ([`Scalar`](crate::Scalar), [`Sse2`](crate::Sse2)) and *fused*
-//! ([`Fused`](crate::Fused), [`Avx2`](crate::Avx2), [`Avx512`](crate::Avx512)). Inside a family every operation gives
-//! the same bits at every level, for all inputs, with one exception: where arithmetic (`+ - * /`, `mul_add` and its
-//! kin, `sqrt`, `reduce_add`) gives a NaN, it gives a NaN at every level, but sign and payload of that NaN are not
-//! promised, because compilers may swap operands. What merely moves lanes keeps the bits of a NaN.
+//! Two families of numerics: *unfused* ([`Scalar`](crate::Scalar), [`Sse2`](crate::Sse2)) and *fused* (`Fused`, `Avx2`,
+//! `Avx512`; x86_64 only). Inside a family every operation gives the same bits at every level, for all inputs, with one
+//! exception: where arithmetic (`+ - * /`, `mul_add` and its kin, `sqrt`, `reduce_add`) gives a NaN, it gives a NaN at
+//! every level, but sign and payload of that NaN are not promised, because compilers may swap operands. What merely moves
+//! lanes keeps the bits of a NaN.
 
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};

@@ -41,8 +41,9 @@ impl Display for Level {
 impl FromStr for Level {
     type Err = UnknownLevel;
 
+    /// Its [`name`](Self::name), in upper or lower case.
     fn from_str(name: &str) -> Result<Self, UnknownLevel> {
-        Self::ALL.into_iter().find(|level| level.name() == name).ok_or(UnknownLevel)
+        Self::ALL.into_iter().find(|level| level.name().eq_ignore_ascii_case(name)).ok_or(UnknownLevel)
     }
 }
 
@@ -81,9 +82,17 @@ mod tests {
     }
 
     #[test]
+    fn names_are_read_in_any_case() {
+        for level in Level::ALL {
+            assert_eq!(level.name().to_uppercase().parse(), Ok(level));
+        }
+        assert_eq!("Sse2".parse(), Ok(Level::Sse2));
+    }
+
+    #[test]
     fn unknown_names_list_the_valid_ones() {
         let error = "avx".parse::<Level>().unwrap_err();
         assert_eq!(error.to_string(), "unknown level: the levels are scalar, sse2, avx2, avx512");
-        assert!("".parse::<Level>().is_err() && "AVX2".parse::<Level>().is_err());
+        assert!("".parse::<Level>().is_err() && "AVX 2".parse::<Level>().is_err());
     }
 }

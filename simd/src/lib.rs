@@ -49,19 +49,21 @@
 //!
 //! # Map
 //!
+//! Each module uses only what stands below it in this table.
+//!
 //! | module | idea |
 //! |---|---|
-//! | [`level`] | the names of the instruction sets |
-//! | [`lanes`] | the traits: what every level can do, and the numeric contract |
 //! | [`dispatch`] | [`AnyToken`]: detection, choice at run time, `MOBULA_ISA`; [`Twin`]: what it is checked against |
-//! | [`clock`] | what kernels are measured with |
-//! | [`pages`] | memory in large pages |
-//! | [`one_lane`] | the lanes of [`Scalar`] and [`Fused`], the twins that the others must equal bit for bit |
-//! | [`scalar`] | [`Scalar`]: 1 lane, unfused, everywhere |
-//! | [`sse2`] | [`Sse2`]: 4 lanes, unfused, everywhere (NEON on aarch64, simd128 on wasm) |
-//! | `fused` | `Fused`: 1 lane, fused; x86_64 only |
-//! | `avx2` | `Avx2`: 8 lanes, fused; x86_64 only |
 //! | `avx512` | `Avx512`: 16 lanes, fused; x86_64 only |
+//! | `fused` | `Fused`: 1 lane, fused, the twin of both; x86_64 only |
+//! | `avx2` | `Avx2`: 8 lanes, fused; x86_64 only |
+//! | [`sse2`] | [`Sse2`]: 4 lanes, unfused, everywhere (NEON on aarch64, simd128 on wasm) |
+//! | [`scalar`] | [`Scalar`]: 1 lane, unfused, everywhere |
+//! | [`one_lane`] | the lanes of [`Scalar`] and `Fused`, the twins that the others must equal bit for bit |
+//! | [`lanes`] | the traits: what every level can do, and the numeric contract |
+//! | [`level`] | the names of the instruction sets |
+//! | [`pages`] | memory in large pages |
+//! | [`clock`] | what kernels are measured with |
 //!
 //! Without the default feature `std` the crate is `no_std`, and loses only `AnyToken::from_env`.
 #![no_std]
@@ -85,6 +87,7 @@ pub mod scalar;
 pub mod sse2;
 mod window;
 
+#[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub use avx512::Avx512;
@@ -95,7 +98,6 @@ pub use dispatch::{AnyToken, Dispatch, Twin, Unavailable};
 pub use fused::Fused;
 pub use lanes::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 pub use level::{Level, UnknownLevel};
-#[cfg(target_arch = "x86_64")]
 pub use prefetch::prefetch;
 pub use scalar::Scalar;
 pub use sse2::Sse2;

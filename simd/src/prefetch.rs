@@ -1,6 +1,7 @@
 //! Asking for memory before it is needed.
 
 /// Bytes that come together.
+#[cfg(target_arch = "x86_64")]
 const LINE: usize = 64;
 
 /// Asks for a value to be brought near the processor; changes nothing else. Does nothing where that cannot be said.

@@ -2,11 +2,18 @@
 //! and level of one numeric family.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use mobula::accel::AccelerationKind;
 use mobula::app::{PacketWidth, Settings, pipeline};
+use mobula::background::BackgroundKind;
 use mobula::balance::BalancerKind;
+use mobula::camera::CameraKind;
+use mobula::geometry::KINDS;
 use mobula::image::Size;
+use mobula::light::LightKind;
+use mobula::material::{MaterialKind, NamedMaterial};
+use mobula::medium::Fog;
 use mobula::scene::SceneDescription;
 use mobula_simd::AnyToken;
 
@@ -70,6 +77,43 @@ impl Case {
 #[test]
 fn one_picture_of_the_built_in_scene() {
     Case::new(mobula::builtin::scene(), (77, 43)).check(true);
+}
+
+#[test]
+fn one_picture_in_fog() {
+    let mut scene = mobula::builtin::scene();
+    scene.medium = Some(Arc::new(Fog::new(0.06)));
+    Case::new(scene, (53, 31)).check(false);
+}
+
+/// Every kind of geometry with every material, under every light, before every background, seen by every camera.
+#[test]
+fn one_picture_of_all_that_the_tables_name() {
+    for (kind, &material) in
+        KINDS.iter().flat_map(|kind| MaterialKind::ALL.iter().map(move |material| (kind, material)))
+    {
+        for (&light, &camera) in LightKind::ALL.iter().flat_map(|l| CameraKind::ALL.iter().map(move |c| (l, c))) {
+            for &background in BackgroundKind::ALL {
+                let mut scene = SceneDescription { geometry: vec![(kind.example)(0)], ..SceneDescription::default() };
+                scene.materials.push(NamedMaterial { name: material.to_string(), material: material.build() });
+                scene.lights.push(light.build());
+                scene.background = background.build();
+                let case = Case::new(scene, (20, 13));
+                let name = format!("{}, {material}, {light}, {background}, {camera}", kind.name);
+                for fused in [false, true] {
+                    let tokens: Vec<_> = AnyToken::available().filter(|token| token.fused() == fused).collect();
+                    let all =
+                        tokens.iter().flat_map(|&token| PacketWidth::ALL.iter().map(move |&packet| (token, packet)));
+                    let settings =
+                        |(token, packet)| Settings { token, packet, camera, threads: 1, ..Settings::default() };
+                    let mut pictures = all.map(|how| case.picture(settings(how)));
+                    let Some(first) = pictures.next() else { continue };
+                    assert!(first.chunks(4).any(|pixel| pixel != &first[..4]), "nothing to be seen: {name}");
+                    assert!(pictures.all(|other| other == first), "{name}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

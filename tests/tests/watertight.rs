@@ -7,8 +7,9 @@
 #[path = "../../simd/tests/common/levels.rs"]
 mod levels;
 
-use mobula_core::bvh::{Bvh, Serial, TriangleBlock};
+use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
+use mobula_core::leaf::TriangleBlock;
 use mobula_core::simd::AnyToken;
 use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, RayPacket};

@@ -5,7 +5,8 @@ use mobula_benches::embree::{Device, Quality, Scene};
 use mobula_benches::packets::Threads;
 use mobula_benches::report::Build;
 use mobula_benches::scenes::Primitives;
-use mobula_core::bvh::{self, Bvh, TriangleBlock};
+use mobula_core::bvh::{self, Bvh};
+use mobula_core::leaf::TriangleBlock;
 use mobula_core::simd::Level;
 
 use crate::isa;

@@ -16,7 +16,8 @@ use mobula_benches::rays::{Found, Kind, RaySet};
 use mobula_benches::report::{Report, Row};
 use mobula_benches::scenes::{self, Primitives, VIEWS, View};
 use mobula_benches::{clock, others, secondary};
-use mobula_core::bvh::{Block, Bvh, Serial};
+use mobula_core::bvh::{Bvh, Serial};
+use mobula_core::leaf::Block;
 use mobula_core::simd::{AnyToken, Level};
 
 use rows::{ONE, Peers};

@@ -8,7 +8,8 @@ use mobula_benches::rays::{Found, Kind, RaySet};
 use mobula_benches::report::{Row, Spread, Way};
 use mobula_benches::scenes::{Primitives, View};
 use mobula_benches::verdict::{self, Verdict};
-use mobula_core::bvh::{Block, Bvh};
+use mobula_core::bvh::Bvh;
+use mobula_core::leaf::Block;
 use mobula_core::simd::AnyToken;
 
 /// What results are compared with.

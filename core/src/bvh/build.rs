@@ -1,16 +1,18 @@
-//! Building: references to the primitives, a skeleton of ranges, then blocks and bounds from the leaves up.
+//! Building: references to the primitives, a topology of ranges, then blocks and bounds from the leaves up.
 
 use alloc::vec::Vec;
 
-use bytemuck::{Zeroable, zeroed_vec};
-use mobula_simd::{AnyToken, pages};
+use mobula_simd::AnyToken;
 
+use super::centroids::CentroidBounds;
 use super::join::reduce;
+use super::memory::{filled, zeroed};
 use super::morton::{self, Morton};
 use super::reference::{self, Reference};
-use super::sah::{Range, Reach, Sah};
-use super::wide::{Branch, Skeleton};
-use super::{Block, Bounds, Bvh, Child, Join, Node, block::BLOCK};
+use super::sah::{Range, Sah};
+use super::wide::{Branch, Topology};
+use super::{Bvh, Child, Join, Node, WideBvh};
+use crate::leaf::{BLOCK, Block, Bounds, SphereBlock, TriangleBlock};
 
 /// How much work goes into a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,27 +39,48 @@ impl<B: Block> Bvh<B> {
         primitive: impl Fn(usize) -> B::Primitive + Sync,
     ) -> Self {
         assert!(count <= (u32::MAX - first_id) as usize, "more primitives than ids");
-        let (mut references, reach) = references::<B>(count, join, &primitive);
-        let (primitives, mut skeleton) = (references.len(), Skeleton::default());
+        let (mut references, centroids) = references::<B>(count, join, &primitive);
+        let (primitives, mut topology) = (references.len(), Topology::default());
         match quality {
             Quality::Fast => {
-                let keys = morton::sorted(join, &references, &reach);
+                let keys = morton::sorted(join, &references, &centroids);
                 drop(references);
-                let root = skeleton.root(join, &Morton, &keys[..]);
-                skeleton.flesh(root, primitives, first_id, join, &primitive, |i| morton::index(keys[i]))
+                let root = topology.root(join, &Morton, &keys[..]);
+                topology.emit(root, primitives, first_id, join, &primitive, |i| morton::index(keys[i]))
             }
             Quality::Good => {
                 let sah = Sah { token: AnyToken::detect() };
-                let root = skeleton.root(join, &sah, Range::new(&mut references));
-                skeleton.flesh(root, primitives, first_id, join, &primitive, |i| reference::index(&references[i]))
+                let root = topology.root(join, &sah, Range::new(&mut references));
+                topology.emit(root, primitives, first_id, join, &primitive, |i| reference::index(&references[i]))
             }
         }
     }
 }
 
-impl Skeleton {
+impl Bvh<TriangleBlock> {
+    /// Builds over triangles `0..count`, whose ids are `first_id..first_id + count`. Those with a corner that is not
+    /// finite or without area (two corners equal) are left out; [`primitives`](Bvh::primitives) says how many are in.
+    pub fn triangles(
+        count: usize,
+        first_id: u32,
+        join: &impl Join,
+        corners: impl Fn(usize) -> [[f32; 3]; 3] + Sync,
+    ) -> Self {
+        Self::build(count, first_id, Quality::Good, join, corners)
+    }
+}
+
+impl Bvh<SphereBlock> {
+    /// Builds over spheres `0..count` (`[x, y, z, radius]`), whose ids are `first_id..first_id + count`. Those that are
+    /// not finite or whose radius is not positive are left out.
+    pub fn spheres(count: usize, first_id: u32, join: &impl Join, sphere: impl Fn(usize) -> [f32; 4] + Sync) -> Self {
+        Self::build(count, first_id, Quality::Good, join, sphere)
+    }
+}
+
+impl Topology {
     /// Nodes and blocks, filled from the leaves up; `number` says which primitive is at a place of the order.
-    fn flesh<B: Block>(
+    fn emit<B: Block>(
         self,
         root: Child,
         primitives: usize,
@@ -75,7 +98,8 @@ impl Skeleton {
             },
             || (filled(counts.len(), core::iter::repeat_n(B::EMPTY, counts.len())), starts(&counts)),
         );
-        let mut bvh = Bvh { nodes, blocks, root, bounds: Bounds::EMPTY, scale: 0.0, primitives, first_id };
+        let (leaf_count, bounds) = (counts.len(), Bounds::EMPTY);
+        let mut bvh = WideBvh { nodes, leaves: blocks, leaf_count, root, bounds, scale: 0.0, primitives, first_id };
         bvh.fill::<true>(join, &|at, block: &mut B| {
             let mut ids = [u32::MAX; BLOCK];
             let places = starts[at] as usize..starts[at + 1] as usize;
@@ -109,43 +133,28 @@ fn starts(counts: &[u8]) -> Vec<u32> {
     core::iter::once(0).chain(ends).collect()
 }
 
-/// References to all primitives with bounds, and how far their middles reach.
+/// References to all primitives with bounds, and the bounds of their centroids.
 fn references<B: Block>(
     count: usize,
     join: &impl Join,
     primitive: &(impl Fn(usize) -> B::Primitive + Sync),
-) -> (Vec<Reference>, Reach) {
+) -> (Vec<Reference>, CentroidBounds) {
     let mut references = zeroed::<Reference>(count);
     let run = |references: &mut [Reference], start: usize| {
-        let (mut kept, mut reach) = (0, Reach::empty());
+        let (mut kept, mut centroids) = (0, CentroidBounds::empty());
         for i in start..start + references.len() {
             if let Some(bounds) = B::bounds(&primitive(i)) {
                 references[kept] = reference::new(&bounds, i as u32);
-                reach.take(&references[kept]);
+                centroids.take(&references[kept]);
                 kept += 1;
             }
         }
-        (kept, reach)
+        (kept, centroids)
     };
-    let (kept, reach) = reduce(join, &mut references, 0, &run, &|all, middle, (left, a), (right, b)| {
+    let (kept, centroids) = reduce(join, &mut references, 0, &run, &|all, middle, (left, a), (right, b)| {
         all.copy_within(middle..middle + right, left);
         (left + right, a.merge(&b))
     });
     references.truncate(kept);
-    (references, reach)
-}
-
-/// Zeros that the system hands out when they are first written: by who fills them, in large pages.
-pub(super) fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
-    let mut memory = zeroed_vec(count);
-    pages::prefer_large(&mut memory);
-    memory
-}
-
-/// As many values, in large pages.
-fn filled<T>(count: usize, values: impl Iterator<Item = T>) -> Vec<T> {
-    let mut memory = Vec::with_capacity(count);
-    pages::prefer_large(memory.spare_capacity_mut());
-    memory.extend(values);
-    memory
+    (references, centroids)
 }

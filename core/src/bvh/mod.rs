@@ -7,42 +7,43 @@
 //! | `reference.rs` | bounds and number of a primitive in eight floats |
 //! | `sah.rs` | good trees: ranges split by the surface area heuristic over bins |
 //! | `morton.rs` | fast trees: ranges of the order along a curve |
+//! | `centroids.rs` | what both split: where the middles of primitives are |
 //! | `wide.rs` | eight children a node, from ranges that know how to split |
 //! | `refit.rs` | blocks, then bounds from the leaves up: the end of a build, and all of a refit |
+//! | `memory.rs` | memory in large pages |
 //! | `join.rs` | threads that somebody else has; the tree is the same bytes without them |
 
-pub mod block;
-pub mod bounds;
 mod build;
+mod centroids;
 mod join;
+mod memory;
 mod morton;
 pub mod node;
 mod reference;
 mod refit;
 mod sah;
-pub mod sphere_block;
-pub mod triangle_block;
 mod wide;
 
 use alloc::vec::Vec;
 
-pub use block::Block;
-pub use bounds::Bounds;
 pub use build::Quality;
 pub use join::{Join, Serial};
 pub use node::{Child, Node};
-pub use sphere_block::SphereBlock;
-pub use triangle_block::TriangleBlock;
 pub(crate) use wide::STACK;
 
-/// Eight-wide BVH over primitives of one kind, stored as blocks of four in leaves.
+use crate::leaf::{Block, Bounds};
+
+/// Bounding volume hierarchy with eight children a node. What is in its leaves is for `L` to know: see
+/// [`Leaf`](crate::leaf::Leaf).
 ///
-/// Nodes lie depth first: behind a node come the subtrees of its children, one after the other by rising slots, and the
-/// blocks lie in the order in which nodes name them. So a subtree is a range of nodes and a range of blocks.
+/// Nodes lie depth first: behind a node come the subtrees of its children, one after the other by rising slots, and leaves
+/// lie in the order in which nodes name them. So a subtree is a range of nodes and a range of what leaves are stored as.
 #[derive(Clone, Debug)]
-pub struct Bvh<B> {
+pub struct WideBvh<L> {
     pub(crate) nodes: Vec<Node>,
-    pub(crate) blocks: Vec<B>,
+    pub(crate) leaves: L,
+    /// How many entries the leaves have all together.
+    pub(crate) leaf_count: usize,
     pub(crate) root: Child,
     pub(crate) bounds: Bounds,
     /// Greatest size of a coordinate: what the rounding of a test is measured by.
@@ -51,6 +52,9 @@ pub struct Bvh<B> {
     /// Id of primitive 0.
     first_id: u32,
 }
+
+/// Hierarchy over primitives of one kind, stored as blocks of four.
+pub type Bvh<B> = WideBvh<Vec<B>>;
 
 impl<B: Block> Bvh<B> {
     /// Bounds of all primitives; [`Bounds::EMPTY`] if there are none.
@@ -70,6 +74,6 @@ impl<B: Block> Bvh<B> {
 
     /// Bytes that it occupies.
     pub fn bytes(&self) -> usize {
-        self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<B>()
+        self.nodes.len() * size_of::<Node>() + self.leaves.len() * size_of::<B>()
     }
 }

@@ -7,12 +7,12 @@ use alloc::vec::Vec;
 
 use mobula_simd::{F32Lanes, I32Lanes, Token};
 
-use super::block::BLOCK;
-use super::build::zeroed;
+use super::centroids::CentroidBounds;
 use super::join::{Join, reduce};
-use super::reference::{self, FOUR, Reference, middle2};
-use super::sah::Reach;
+use super::memory::zeroed;
+use super::reference::{self, Reference, middle2};
 use super::wide::Ranges;
+use crate::leaf::{BLOCK, FOUR};
 
 /// Bits of x, y and z in a code.
 const BITS: [u32; 3] = [11, 11, 10];
@@ -28,9 +28,9 @@ pub(super) fn index(key: Key) -> u32 {
     key as u32
 }
 
-/// The keys of all references, whose middles reach so far, sorted.
-pub(super) fn sorted(join: &impl Join, references: &[Reference], reach: &Reach) -> Vec<Key> {
-    let extent = reach.high - reach.low;
+/// The keys of all references, whose centroids have these bounds, sorted.
+pub(super) fn sorted(join: &impl Join, references: &[Reference], centroids: &CentroidBounds) -> Vec<Key> {
+    let extent = centroids.high - centroids.low;
     let cells = FOUR.load(&BITS.map(|bits| ((1 << bits) - 1) as f32), 0);
     // An axis along which all middles are the same, or all but, has one cell.
     let scale = (cells / extent).select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
@@ -38,7 +38,7 @@ pub(super) fn sorted(join: &impl Join, references: &[Reference], reach: &Reach) 
     let run = |keys: &mut [Key], start: usize| {
         for (key, reference) in keys.iter_mut().zip(&references[start..]) {
             let mut cell = [0; 4];
-            let at = (middle2(reference) - reach.low) * scale;
+            let at = (middle2(reference) - centroids.low) * scale;
             at.max(FOUR.splat(0.0)).min(FOUR.splat(2047.0)).to_i32().store(&mut cell, 0);
             let code = spread(cell[0]) << 1 | spread(cell[1]) | spread(cell[2]) << 2;
             *key = Key::from(code) << 32 | Key::from(reference::index(reference));

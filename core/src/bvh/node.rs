@@ -1,9 +1,9 @@
 //! A node: the bounds of eight children as a structure of arrays, four cache lines.
 
 use bytemuck::Zeroable;
-use mobula_simd::Token;
 
-use super::Bounds;
+use crate::kernel::boxes::Planes;
+use crate::leaf::Bounds;
 
 /// Where a child is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Zeroable)]
@@ -51,9 +51,9 @@ impl Child {
         self.0 as usize
     }
 
-    /// The blocks of the leaf; meaningless for a node.
+    /// What is in the leaf, a range of how leaves are stored; meaningless for a node.
     #[inline(always)]
-    pub fn blocks(self) -> core::ops::Range<usize> {
+    pub fn leaf_range(self) -> core::ops::Range<usize> {
         let start = (self.0 & START) as usize;
         start..start + (self.0 >> COUNT_SHIFT & 7) as usize + 1
     }
@@ -72,7 +72,7 @@ impl Child {
 #[repr(C, align(64))]
 pub struct Node {
     /// `planes[0..3]`: low x, y, z of the children; `planes[3..6]`: high x, y, z.
-    pub planes: [[f32; 8]; 6],
+    pub planes: Planes,
     /// Where they are. The flattest come last, for a ray that meets a flat box is likely stopped by the surface that fills it:
     /// rays that look for any hit try the last child first.
     pub child: [Child; 8],
@@ -94,19 +94,6 @@ impl Node {
         child: [Child::EMPTY; 8],
         first_block: 0,
     };
-
-    /// A row of planes by its number.
-    #[inline(always)]
-    pub(crate) fn row(&self, row: usize) -> &[f32; 8] {
-        // A comparison that is always true costs less than `% 6`.
-        self.planes.get(row).unwrap_or(&self.planes[0])
-    }
-
-    /// Three rows of planes, of the children from `at`.
-    #[inline(always)]
-    pub(crate) fn rows<T: Token>(&self, token: T, rows: [usize; 3], at: usize) -> [T::F32; 3] {
-        [token.load(self.row(rows[0]), at), token.load(self.row(rows[1]), at), token.load(self.row(rows[2]), at)]
-    }
 
     /// The bounds of all children.
     pub fn bounds(&self) -> Bounds {

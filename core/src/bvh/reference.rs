@@ -3,9 +3,9 @@
 //! High corners are negated, so that two boxes are merged by one minimum of eight lanes. Plain arrays, because a vector of
 //! them starts as pages that the system hands out when they are first written.
 
-use mobula_simd::{F32Lanes, Sse2, Token};
+use mobula_simd::{F32Lanes, Token};
 
-use super::Bounds;
+use crate::leaf::{Bounds, FOUR, Four};
 
 /// `[low x, y, z, *, -high x, -y, -z, *]`: each star holds half of the number in its low bits, as a float from 1 on, for
 /// arithmetic that passes over it would be slow with denormal numbers.
@@ -50,9 +50,3 @@ pub(super) fn half_area(of: &Reference) -> f32 {
 pub(super) fn middle2(of: &Reference) -> Four {
     FOUR.load(of, 0) - FOUR.load(of, 4)
 }
-
-/// A vector of one point, whatever the level.
-pub(super) type Four = <Sse2 as Token>::F32;
-
-/// What makes one.
-pub(super) const FOUR: Sse2 = Sse2::new();

@@ -4,7 +4,8 @@ use alloc::vec::Vec;
 use core::mem::take;
 
 use super::join::{Join, each};
-use super::{Block, Bounds, Bvh, Child, Node};
+use super::{Bvh, Child, Node};
+use crate::leaf::{Block, Bounds};
 
 /// Subtrees of no more blocks are done without asking [`Join`].
 const GRAIN: usize = 1024;
@@ -46,7 +47,7 @@ impl<B: Block> Bvh<B> {
             slot: 0,
             nodes: &mut self.nodes,
             first_node: 0,
-            blocks: &mut self.blocks,
+            blocks: &mut self.leaves,
             first_block: 0,
         };
         self.bounds = whole.fill::<NEW>(join, block);
@@ -106,7 +107,7 @@ impl<B: Block> Subtree<'_, B> {
             return self.nodes[child.index() - self.first_node].bounds();
         }
         let mut bounds = Bounds::EMPTY;
-        for at in child.blocks() {
+        for at in child.leaf_range() {
             bounds.merge(&blocks[at - self.first_block]);
         }
         bounds
@@ -117,7 +118,7 @@ impl<B: Block> Subtree<'_, B> {
         let Self { nodes, first_node, blocks, first_block, .. } = self;
         let children = nodes[0].child;
         let starts = children.map(|child| match child.is_leaf() {
-            true => child.blocks().start,
+            true => child.leaf_range().start,
             false => nodes[child.index() - *first_node].first_block as usize,
         });
         let (mut nodes, mut blocks) = (&mut nodes[1..], &mut blocks[..]);

@@ -1,17 +1,18 @@
 //! The surface area heuristic over bins.
 //!
-//! Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007. Three passes over a range: how far
-//! middles reach, all three axes' bins at once, and the partition. Ranges are cut into runs, so that threads share the
+//! Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007. Three passes over a range: the bounds
+//! of the centroids, all three axes' bins at once, and the partition. Ranges are cut into runs, so that threads share the
 //! passes near the root.
 
 use alloc::boxed::Box;
 
 use mobula_simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
 
-use super::block::BLOCK;
+use super::centroids::CentroidBounds;
 use super::join::{Join, RUN, reduce};
-use super::reference::{EMPTY, FOUR, Four, Reference, half_area, merge, middle2};
+use super::reference::{EMPTY, Reference, half_area, merge, middle2};
 use super::wide::Ranges;
+use crate::leaf::{BLOCK, FOUR};
 
 /// Bins of many primitives; few have half as many or a quarter.
 const BINS: usize = 32;
@@ -64,9 +65,9 @@ impl Sah {
     /// The three passes, each in runs that threads share.
     fn in_runs(&self, join: &impl Join, references: &mut [Reference]) -> (usize, [f32; 2]) {
         let token = self.token;
-        let merge = |_: &mut [Reference], _, a: Reach, b: Reach| a.merge(&b);
-        let reach = reduce(join, references, 0, &|run, _| token.run(Reaching(run)), &merge);
-        let binning = Binning::new(&reach, references.len());
+        let merge = |_: &mut [Reference], _, a: CentroidBounds, b: CentroidBounds| a.merge(&b);
+        let centroids = reduce(join, references, 0, &|run, _| token.run(Measuring(run)), &merge);
+        let binning = Binning::new(&centroids, references.len());
         let filling = |run: &mut [Reference], _| token.run(Filling(run, &binning));
         let bins = reduce(join, references, 0, &filling, &|_, _, mut a: Box<Bins<BINS>>, b| {
             a.merge(&b);
@@ -99,7 +100,7 @@ impl Task for Split<'_> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> (usize, [f32; 2]) {
-        let binning = Binning::new(&reach(self.0), self.0.len());
+        let binning = Binning::new(&CentroidBounds::of(self.0), self.0.len());
         // Most ranges are small: to clear bins that they do not have would be a good part of their time.
         if binning.bins == BINS {
             self.by::<T, BINS>(token, &binning)
@@ -121,14 +122,14 @@ impl Split<'_> {
     }
 }
 
-struct Reaching<'a>(&'a [Reference]);
+struct Measuring<'a>(&'a [Reference]);
 
-impl Task for Reaching<'_> {
-    type Output = Reach;
+impl Task for Measuring<'_> {
+    type Output = CentroidBounds;
 
     #[inline(always)]
-    fn run<T: Token>(self, _: T) -> Reach {
-        reach(self.0)
+    fn run<T: Token>(self, _: T) -> CentroidBounds {
+        CentroidBounds::of(self.0)
     }
 }
 
@@ -156,39 +157,6 @@ impl Task for Parting<'_> {
     }
 }
 
-/// How far middles reach.
-pub(super) struct Reach {
-    pub(super) low: Four,
-    pub(super) high: Four,
-}
-
-impl Reach {
-    /// Of nothing.
-    #[inline(always)]
-    pub(super) fn empty() -> Self {
-        Self { low: FOUR.splat(f32::INFINITY), high: FOUR.splat(f32::NEG_INFINITY) }
-    }
-
-    /// Takes the middle of a box in.
-    #[inline(always)]
-    pub(super) fn take(&mut self, reference: &Reference) {
-        let middle = middle2(reference);
-        self.low = middle.min(self.low);
-        self.high = middle.max(self.high);
-    }
-
-    pub(super) fn merge(&self, other: &Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-}
-
-#[inline(always)]
-fn reach(references: &[Reference]) -> Reach {
-    let mut reach = Reach::empty();
-    references.iter().for_each(|reference| reach.take(reference));
-    reach
-}
-
 struct Binning {
     low: [f32; 4],
     scale: [f32; 4],
@@ -200,7 +168,7 @@ const INTEGER: f32 = 8_388_608.0;
 
 impl Binning {
     #[inline(always)]
-    fn new(reach: &Reach, count: usize) -> Self {
+    fn new(centroids: &CentroidBounds, count: usize) -> Self {
         let bins = if count > MANY {
             BINS
         } else if count > FEW {
@@ -208,12 +176,12 @@ impl Binning {
         } else {
             BINS / 4
         };
-        let extent = reach.high - reach.low;
+        let extent = centroids.high - centroids.low;
         let scale = FOUR.splat((bins - 1) as f32) / extent;
         // Below this the quotient would overflow: all middles fall into bin 0 and the axis is not split.
         let scale = scale.select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
         let (mut lows, mut scales) = ([0.0; 4], [0.0; 4]);
-        reach.low.store(&mut lows, 0);
+        centroids.low.store(&mut lows, 0);
         scale.store(&mut scales, 0);
         Self { low: lows, scale: scales, bins }
     }

@@ -1,14 +1,14 @@
 //! From ranges of primitives that know how to split to nodes of eight children.
 //!
 //! A node starts as one range; the child with the greatest weight is split until there are eight or all are small enough
-//! for a leaf. What comes out is a skeleton: who is whose child, and how many primitives each block takes, in the order
+//! for a leaf. What comes out is the topology: who is whose child, and how many primitives each block takes, in the order
 //! in which the ranges lie. Bounds are the business of [`refit`](super::refit).
 
 use alloc::vec::Vec;
 
 use super::Child;
-use super::block::BLOCK;
 use super::join::{Join, each};
+use crate::leaf::BLOCK;
 
 /// Ranges up to this are built without asking [`Join`].
 const GRAIN: usize = 1 << 14;
@@ -38,13 +38,13 @@ pub(super) struct Branch {
 
 /// A tree without bounds. Children are relative to its own nodes and blocks.
 #[derive(Default)]
-pub(super) struct Skeleton {
+pub(super) struct Topology {
     pub(super) nodes: Vec<Branch>,
     /// How many primitives each block has.
     pub(super) counts: Vec<u8>,
 }
 
-impl Skeleton {
+impl Topology {
     /// The tree of everything; nothing if there is nothing.
     pub(super) fn root<'a, R: Ranges<'a>>(&mut self, join: &impl Join, ranges: &R, range: R::Range) -> Child {
         if R::len(&range) == 0 { Child::EMPTY } else { self.append(join, ranges, range, 0) }
@@ -77,7 +77,7 @@ impl Skeleton {
         Child::node(node)
     }
 
-    /// Appends another skeleton and returns where its `child` is now.
+    /// Appends another topology and returns where its `child` is now.
     fn adopt(&mut self, child: Child, other: Self) -> Child {
         let (nodes, blocks) = (self.nodes.len(), self.counts.len());
         self.counts.extend(other.counts);

@@ -1,12 +1,12 @@
 //! Ray/box: the slab test (Kay and Kajiya 1986), for W rays and a box or a ray and W boxes.
 //!
-//! - NaN: a NaN in the ray or box makes the answer arbitrary; builders let no NaN in, and packets of NaN rays hit nothing
-//!   further down.
+//! - NaN: a NaN in the ray or box makes the answer arbitrary, except where a function says otherwise; builders let no NaN in,
+//!   and packets of NaN rays hit nothing further down.
 //! - Zero direction: reciprocals are finite ([`Rays::inverse_directions`](crate::Rays::inverse_directions)), so the
 //!   slab is left at once or never.
 //! - Degenerate: an empty box (low above high on some axis by more than rounding) is missed, a flat one can be hit.
 //! - Grazing: a ray along a face hits within the rounding of the products; callers that must not lose a ray widen the
-//!   box by that (see [`crate::traverse`]).
+//!   box by that (see [`super::margin`]).
 
 use mobula_simd::{F32Lanes, Token};
 
@@ -30,30 +30,6 @@ pub fn aabb<T: Token>(
     (near.le(far), near)
 }
 
-/// A beam of rays against boxes (or beams against a box): the same test by interval arithmetic.
-///
-/// `to_near` and `to_far` lead from the beam's origins to the planes that its rays meet first and last (so the caller has
-/// looked at the signs of the directions, which are the same for all rays of the beam); `inverse` is the least and the
-/// greatest reciprocal direction. The entry distance is at most that of any ray; a box that any ray meets is never missed,
-/// up to rounding.
-#[inline(always)]
-pub fn beam<T: Token>(
-    _token: T,
-    to_near: [T::F32; 3],
-    to_far: [T::F32; 3],
-    inverse: [[T::F32; 3]; 2],
-    t_min: T::F32,
-    t_max: T::F32,
-) -> (T::Mask, T::F32) {
-    let (mut near, mut far) = (t_min, t_max);
-    for axis in 0..3 {
-        let (least, greatest) = (inverse[0][axis], inverse[1][axis]);
-        near = (to_near[axis] * least).min(to_near[axis] * greatest).max(near);
-        far = (to_far[axis] * least).max(to_far[axis] * greatest).min(far);
-    }
-    (near.le(far), near)
-}
-
 /// As [`aabb`], for who knows which planes are met first (by the sign of the direction): half the comparisons. The same
 /// bits where there is no NaN.
 #[inline(always)]
@@ -73,23 +49,59 @@ pub fn slabs<T: Token>(
     (near.le(far), near)
 }
 
-/// As [`slabs`], with `scaled` = origin * inverse worked out once per ray: no subtraction per box, where the level fuses
-/// one operation a plane. A plane may be off by the rounding of `scaled`, some 2^-24 of the origin's distance to zero:
-/// boxes must be widened by that.
+/// What [`padded`] and [`padded_sorted`] subtract from the distances of low and of high planes: those of the origin, moved
+/// outwards by `margin`, which widens every box by as much. `largest` is the greatest coordinate that takes part. NaN, which
+/// the tests pass over, where products overflow, as those of short directions.
 #[inline(always)]
-pub fn slabs_scaled<T: Token>(
+pub fn padded_origin<T: Token>(
+    token: T,
+    origin: T::F32,
+    inverse: T::F32,
+    margin: T::F32,
+    largest: T::F32,
+) -> [T::F32; 2] {
+    let finite = (largest * token.splat(4.0) * inverse).abs().lt(token.splat(f32::INFINITY));
+    let inverse = inverse.select(finite, token.splat(f32::NAN));
+    [(origin + margin) * inverse, (origin - margin) * inverse]
+}
+
+/// As [`aabb`], with [`padded_origin`] worked out once a ray: no subtraction a box, and one operation a plane where the level
+/// fuses. A NaN in `padded` leaves its axis out.
+#[inline(always)]
+pub fn padded<T: Token>(
     _token: T,
-    near_planes: [T::F32; 3],
-    far_planes: [T::F32; 3],
+    low: [T::F32; 3],
+    high: [T::F32; 3],
     inverse: [T::F32; 3],
-    scaled: [T::F32; 3],
+    padded: [[T::F32; 3]; 2],
     t_min: T::F32,
     t_max: T::F32,
 ) -> (T::Mask, T::F32) {
     let (mut near, mut far) = (t_min, t_max);
     for axis in 0..3 {
-        near = near_planes[axis].mul_sub(inverse[axis], scaled[axis]).max(near);
-        far = far_planes[axis].mul_sub(inverse[axis], scaled[axis]).min(far);
+        let a = low[axis].mul_sub(inverse[axis], padded[0][axis]);
+        let b = high[axis].mul_sub(inverse[axis], padded[1][axis]);
+        near = a.min(b).max(near);
+        far = a.max(b).min(far);
+    }
+    (near.le(far), near)
+}
+
+/// As [`padded`], for who knows which planes are met first; `padded` then is of the nearer and of the farther planes.
+#[inline(always)]
+pub fn padded_sorted<T: Token>(
+    _token: T,
+    near_planes: [T::F32; 3],
+    far_planes: [T::F32; 3],
+    inverse: [T::F32; 3],
+    padded: [[T::F32; 3]; 2],
+    t_min: T::F32,
+    t_max: T::F32,
+) -> (T::Mask, T::F32) {
+    let (mut near, mut far) = (t_min, t_max);
+    for axis in 0..3 {
+        near = near_planes[axis].mul_sub(inverse[axis], padded[0][axis]).max(near);
+        far = far_planes[axis].mul_sub(inverse[axis], padded[1][axis]).min(far);
     }
     (near.le(far), near)
 }

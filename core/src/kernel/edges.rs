@@ -1,4 +1,4 @@
-//! Which rays of a packet may hit a triangle at all: six multiplications a ray, before the exact test.
+//! Which groups of a packet may hit a triangle at all, before any ray is tested.
 //!
 //! Rays with a common origin and one dominant axis differ in their shears only, and an edge function of the watertight
 //! test ([`super::triangle`]) is linear in them: with corners `b` and `c` relative to the origin, `x` and `y` the ray's
@@ -27,10 +27,10 @@
 //! - NaN: anything; the exact test says no.
 //! - Degenerate triangles and coordinates out of proportion: may hit.
 
-use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
+use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::groups::{Groups, Parallel, group_lanes};
-use crate::Rays;
+use super::group_shears::{GroupShears, Parallel, Window};
+use super::groups::group_lanes;
 
 /// Slack by X^2 and by Z X: see the [module](self).
 const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 16.0 / (1 << 24) as f32];
@@ -38,47 +38,6 @@ const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 16.0 / (1 << 24) as f32];
 const PARALLEL_SLACK: f32 = 192.0 / (1 << 24) as f32;
 /// Slack for what underflows, and the most with which no product overflows.
 const RANGE: [f32; 2] = [f32::MIN_POSITIVE, 1e30];
-
-/// The least rectangle around the shears of the rays that are asked about.
-#[derive(Clone, Copy, Debug)]
-pub struct Window {
-    /// Its middle.
-    pub center: [f32; 2],
-    /// The farthest that a ray is from the middle along either axis.
-    pub radius: f32,
-}
-
-impl Window {
-    /// Between the least and the greatest shears.
-    #[inline(always)]
-    pub fn new(least: [f32; 2], greatest: [f32; 2]) -> Self {
-        let (mut center, mut radius) = ([0.0; 2], 0.0);
-        for k in 0..2 {
-            center[k] = 0.5 * least[k] + 0.5 * greatest[k];
-            // Rounding keeps order: no difference is rounded to more than these.
-            radius = larger(radius, larger(greatest[k] - center[k], center[k] - least[k]));
-        }
-        Self { center, radius }
-    }
-
-    /// Around the active rays, whose shears have been derived and have one dominant axis.
-    #[inline(always)]
-    pub fn of<T: Token, const N: usize>(token: T, rays: &Rays<N>) -> Self {
-        let (inf, minus_inf, nan) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY), token.splat(f32::NAN));
-        let (mut least, mut greatest) = ([inf; 2], [minus_inf; 2]);
-        let mut at = 0;
-        while at < N {
-            let active = rays.active(token, at);
-            for k in 0..2 {
-                // On the left of `min` and `max` a NaN is passed over.
-                let shear = token.load(&rays.shear_columns()[k][..], at).select(active, nan);
-                (least[k], greatest[k]) = (shear.min(least[k]), shear.max(greatest[k]));
-            }
-            at += T::LANES;
-        }
-        Self::new([least[0].reduce_min(), least[1].reduce_min()], [greatest[0].reduce_max(), greatest[1].reduce_max()])
-    }
-}
 
 /// The edge functions of `B` triangles, as seen by the rays of a [`Window`].
 #[derive(Clone, Copy, Debug)]
@@ -89,12 +48,12 @@ pub struct Edges<const B: usize> {
     /// Twice the slack; infinite where every ray may hit.
     width: [f32; B],
     /// Negative where no ray of the window is on the right side of all edges: Manta's corner rays, at all corners at once.
-    room: [f32; B],
+    clearance: [f32; B],
 }
 
 impl<const B: usize> Edges<B> {
     /// Of nothing: every ray may hit.
-    pub const NONE: Self = Self { function: [[[0.0; B]; 3]; 3], width: [f32::INFINITY; B], room: [0.0; B] };
+    pub const NONE: Self = Self { function: [[[0.0; B]; 3]; 3], width: [f32::INFINITY; B], clearance: [0.0; B] };
 
     /// Of triangles by corner, axis and place, and the common origin; `axes` in order, the dominant one last.
     #[inline(always)]
@@ -152,40 +111,14 @@ impl<const B: usize> Edges<B> {
             edges.width[i] = width;
             let below = smaller(smaller(most[0], most[1]), most[2]);
             let above = larger(larger(least[0], least[1]), least[2]);
-            edges.room[i] = larger(below, width - above);
+            edges.clearance[i] = larger(below, width - above);
         }
         edges
     }
 
-    /// Which of the 64 rays from `from` may hit triangle `i`, a bit each.
-    #[inline(always)]
-    pub fn may_hit<T: Token, const N: usize>(
-        &self,
-        token: T,
-        i: usize,
-        window: &Window,
-        rays: &Rays<N>,
-        from: usize,
-    ) -> u64 {
-        let i = i % B;
-        let [a, b, c] = &self.function;
-        let edges = [function(token, a, i), function(token, b, i), function(token, c, i)];
-        let width = token.splat(self.width[i]);
-        let center = [token.splat(window.center[0]), token.splat(window.center[1])];
-        // From the last vector on, so that the word grows by shifts alone.
-        let mut word = 0u64;
-        let mut at = N.min(from + 64).next_multiple_of(T::LANES);
-        while at > from {
-            at -= T::LANES;
-            let dismissed = dismisses::<T, N>(token, edges, width, center, rays, at);
-            word = word << T::LANES | u64::from((!dismissed).bits());
-        }
-        word
-    }
-
     /// Which groups have rays that may hit triangle `i`, a bit each.
     #[inline(always)]
-    pub(crate) fn groups<T: Token, const N: usize>(&self, token: T, i: usize, groups: &Groups) -> u32 {
+    pub fn groups<T: Token, const N: usize>(&self, token: T, i: usize, groups: &GroupShears) -> u32 {
         let i = i % B;
         let [a, b, c] = &self.function;
         let edges = [function(token, a, i), function(token, b, i), function(token, c, i)];
@@ -209,27 +142,9 @@ impl<const B: usize> Edges<B> {
     /// May a ray of the window hit triangle `i`?
     #[inline(always)]
     pub fn may_be_hit(&self, i: usize) -> bool {
-        let room = self.room[i % B];
-        room >= 0.0 || room.is_nan()
+        let clearance = self.clearance[i % B];
+        clearance >= 0.0 || clearance.is_nan()
     }
-}
-
-/// Which rays from `at` miss the triangle for sure.
-#[inline(always)]
-fn dismisses<T: Token, const N: usize>(
-    token: T,
-    [a, b, c]: [[T::F32; 3]; 3],
-    width: T::F32,
-    center: [T::F32; 2],
-    rays: &Rays<N>,
-    at: usize,
-) -> T::Mask {
-    let [x, y, _] = rays.shear_columns();
-    let turned = [center[0] - token.load(&x[..], at), center[1] - token.load(&y[..], at)];
-    let (a, b, c) = (value(a, turned), value(b, turned), value(c, turned));
-    // One is less than minus the slack, and one more than the slack.
-    let negative = I32Lanes::lt(a.to_bits() | b.to_bits() | c.to_bits(), token.splat_i32(0));
-    negative & a.max(b).max(c).gt(width)
 }
 
 /// An edge function of triangle `i`.

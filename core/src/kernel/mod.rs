@@ -6,11 +6,18 @@
 //! instructions unless the optimiser happens to inline it.
 
 pub mod aabb;
-pub mod bounds;
+pub mod boxes;
+pub mod diverged;
 pub mod edges;
+pub mod frusta;
+pub mod group_bounds;
+pub mod group_shears;
 pub mod groups;
 pub mod iso_cell;
+pub mod margin;
+pub mod single;
 pub mod sphere;
+pub mod stream;
 pub mod triangle;
 
 use mobula_simd::{F32Lanes, Token};

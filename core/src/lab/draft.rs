@@ -57,7 +57,8 @@ impl<P> Draft<P> {
     pub fn draw<K: Kernel<Primitive = P>>(dice: &mut Dice<'_>, width: usize) -> Self {
         dice.draw_style();
         let count = 1 + dice.below(5);
-        let primitives: Vec<P> = (0..count).map(|_| K::draw(dice)).collect();
+        let mut primitives: Vec<P> = (0..count).map(|_| K::draw(dice)).collect();
+        K::number(&mut primitives);
         if dice.one_in(2) {
             dice.draw_style();
         }
@@ -83,7 +84,7 @@ impl<P> Draft<P> {
             DraftRay { origin, direction, t_min, t_max }
         });
         let mut draft = Self { rays: rays.collect(), range, primitives, promises: K::PROMISES };
-        draft.keep_promises();
+        draft.keep_promises(K::PARALLEL);
         draft
     }
 
@@ -91,7 +92,8 @@ impl<P> Draft<P> {
     pub fn timed<K: Kernel<Primitive = P>>(width: usize) -> Self {
         let mut dice = Dice::from_seed(2006);
         dice.set_style(Style::Ordinary);
-        let primitives = (0..K::PRIMITIVES).map(|_| K::draw(&mut dice)).collect();
+        let mut primitives: Vec<P> = (0..K::PRIMITIVES).map(|_| K::draw(&mut dice)).collect();
+        K::number(&mut primitives);
         let side = (1..=width).find(|side| side * side >= width).unwrap_or(1);
         let ray = |i| {
             let (x, y) = ((i % side) as f32, (i / side) as f32);
@@ -100,14 +102,22 @@ impl<P> Draft<P> {
         };
         let rays = (0..width).map(ray).collect();
         let mut draft = Self { rays, range: 0..width, primitives, promises: K::PROMISES };
-        draft.keep_promises();
+        K::timed(&mut draft);
+        draft.keep_promises(K::PARALLEL);
         draft
     }
 
     /// Bends the directions until the promises are true.
-    fn keep_promises(&mut self) {
+    fn keep_promises(&mut self, parallel: bool) {
         let Some(first) = self.rays.get(self.range.start).or(self.rays.first()).copied() else { return };
         for ray in &mut self.rays {
+            if parallel {
+                // As seen from a plane: the packet's image stays, where the first ray went.
+                if ray.origin == first.origin {
+                    ray.origin = [0, 1, 2].map(|k| first.origin[k] + 4.0 * (ray.direction[k] - first.direction[k]));
+                }
+                ray.direction = first.direction;
+            }
             let d = &mut ray.direction;
             if self.promises.contains(Properties::NORMALIZED_DIRECTIONS) {
                 let length = libm::sqrt(d.iter().map(|&x| f64::from(x) * f64::from(x)).sum());

@@ -10,8 +10,34 @@ use mobula_simd::{AnyToken, Level, Task, Token, clock};
 
 use super::{Dice, Draft, Kernel, Outcome, Work};
 
-/// The packet widths that kernels are compiled for.
-pub const WIDTHS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
+/// Compiles kernels for these packet widths.
+macro_rules! widths {
+    ($($width:literal),+) => {
+        /// The packet widths that kernels are compiled for: all with the feature `lab-widths`, else a narrow, the usual and a wide one.
+        pub const WIDTHS: &[usize] = &[$($width),+];
+
+        /// A packet of the width at `place`.
+        fn packet<K: Kernel>(place: usize, draft: &Draft<K::Primitive>) -> alloc::boxed::Box<dyn Bench> {
+            let make = [$(packet_of::<K, $width>),+];
+            make[place](draft)
+        }
+
+        /// Wide enough for all of them.
+        const WIDEST: usize = {
+            let (mut widest, mut at) = (0, 0);
+            while at < WIDTHS.len() {
+                widest = if WIDTHS[at] > widest { WIDTHS[at] } else { widest };
+                at += 1;
+            }
+            widest
+        };
+    };
+}
+
+#[cfg(feature = "lab-widths")]
+widths!(1, 2, 3, 4, 7, 8, 16, 24, 32, 64, 100, 128, 256);
+#[cfg(not(feature = "lab-widths"))]
+widths!(16, 64, 256);
 
 /// A registered kernel. Made by [`kernels!`](crate::kernels).
 #[derive(Clone, Copy)]
@@ -197,29 +223,13 @@ impl<K: Kernel, const N: usize> Bench for Packet<K, N> {
     }
 }
 
-/// A packet of the width at `place`.
-fn packet<K: Kernel>(place: usize, draft: &Draft<K::Primitive>) -> alloc::boxed::Box<dyn Bench> {
-    fn of<K: Kernel, const N: usize>(draft: &Draft<K::Primitive>) -> alloc::boxed::Box<dyn Bench> {
-        alloc::boxed::Box::new(Packet::<K, N>(Work::new(draft, K::extra(N, draft.primitives.len()))))
-    }
-    let make = [
-        of::<K, 1>,
-        of::<K, 2>,
-        of::<K, 4>,
-        of::<K, 8>,
-        of::<K, 16>,
-        of::<K, 32>,
-        of::<K, 64>,
-        of::<K, 128>,
-        of::<K, 256>,
-    ];
-    make[place](draft)
+fn packet_of<K: Kernel, const N: usize>(draft: &Draft<K::Primitive>) -> alloc::boxed::Box<dyn Bench> {
+    alloc::boxed::Box::new(Packet::<K, N>(Work::new(draft, K::extra(N, draft.primitives.len()))))
 }
 
 /// What the one-lane twin makes of it. It does ray after ray, whatever the width of the packet they are poured into, so it
 /// is compiled for the widest only.
 fn run_twin<K: Kernel>(token: AnyToken, place: usize, draft: &Draft<K::Primitive>) -> Outcome {
-    const WIDEST: usize = WIDTHS[WIDTHS.len() - 1];
     let mut work = Work::<_, WIDEST>::new(draft, K::extra(WIDTHS[place], draft.primitives.len()));
     token.twin().run(Passes::<K, WIDEST> { work: &mut work, derive: true, repeat: 1 });
     work.outcome(WIDTHS[place])

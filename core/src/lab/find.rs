@@ -49,28 +49,6 @@ pub trait RayTest: 'static {
     /// Prepares a primitive; once per packet and primitive.
     fn prepare<T: Token>(token: T, primitive: &Self::Primitive, common: Self::Common) -> Self::Prepared<T>;
 
-    /// Is there a [`may_hit`](Self::may_hit)?
-    const DISMISSES: bool = false;
-
-    /// May primitive `i` of the [`PER`](Self::PER) be hit by any ray of the packet?
-    #[inline(always)]
-    fn may_be_hit<T: Token>(_prepared: &Self::Prepared<T>, _i: usize) -> bool {
-        true
-    }
-
-    /// Which of the 64 rays from `from` may hit, a bit each: a cheap test before the exact one, which it may not contradict.
-    #[inline(always)]
-    fn may_hit<T: Token, const N: usize>(
-        _token: T,
-        _prepared: &Self::Prepared<T>,
-        _i: usize,
-        _common: Self::Common,
-        _rays: &Rays<N>,
-        _from: usize,
-    ) -> u64 {
-        u64::MAX
-    }
-
     /// Which of the rays from `at` hit within their intervals, and where; `i` says which of the [`PER`](Self::PER).
     fn test<T: Token, const N: usize>(
         token: T,
@@ -120,34 +98,17 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<R::Primitive, N>) {
-        let Work { rays, primitives, found, .. } = work;
+        let Work { rays, primitives, hits, .. } = work;
         let common = R::common(token, rays);
         for (place, primitive) in primitives.iter().enumerate() {
             let prepared = R::prepare(token, primitive, common);
             for i in 0..R::PER {
-                if !R::may_be_hit(&prepared, i) {
-                    continue;
-                }
                 let id = (place * R::PER + i) as i32;
-                let mut from = 0;
-                while R::DISMISSES && from < N {
-                    let mut left = R::may_hit(token, &prepared, i, common, rays, from);
-                    while left != 0 {
-                        let first = left.trailing_zeros() as usize / T::LANES * T::LANES;
-                        left &= !(((1 << T::LANES) - 1) << first);
-                        let at = from + first;
-                        let (hit, t) = R::test(token, &prepared, i, common, rays, at);
-                        if hit.any() {
-                            record::<T, N, HIT>(token, rays, found, at, hit, t, id);
-                        }
-                    }
-                    from += 64;
-                }
                 let mut at = 0;
-                while !R::DISMISSES && at < N {
+                while at < N {
                     let (hit, t) = R::test(token, &prepared, i, common, rays, at);
                     if hit.any() {
-                        record::<T, N, HIT>(token, rays, found, at, hit, t, id);
+                        record::<T, N, HIT>(token, rays, &mut hits.primitive, at, hit, t, id);
                     }
                     at += T::LANES;
                 }
@@ -156,19 +117,10 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
     }
 
     fn verify(draft: &Draft<R::Primitive>, outcome: &Outcome) -> Result<(), String> {
-        for i in draft.range.clone() {
-            let ray = draft.rays[i].exact();
-            let all = draft.primitives.iter().flat_map(|p| (0..R::PER).map(move |i| R::truth(p, i, &ray)));
-            let truths: Vec<_> = all.collect();
-            let (t, found) = (f64::from(outcome.t_max(i)), outcome.found(i));
-            if HIT == ANY && ray.t_max == f64::NEG_INFINITY {
-                continue;
-            }
-            let was_hit = if HIT == ANY { t == f64::NEG_INFINITY } else { found != NO_HIT };
-            judge::<R>(&truths, HIT == ANY, was_hit, found, t)
-                .map_err(|what| format!("ray {i}: {what}; {:?}, {:?}", draft.rays[i], draft.primitives))?;
-        }
-        Ok(())
+        verify(draft, outcome, HIT == ANY, R::GUARD, |ray| {
+            let of = |p: &R::Primitive| (0..R::PER).map(|i| R::truth(p, i, ray)).collect::<Vec<_>>();
+            draft.primitives.iter().flat_map(of).collect()
+        })
     }
 
     fn agrees(draft: &Draft<R::Primitive>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
@@ -222,8 +174,37 @@ fn record<T: Token, const N: usize, const HIT: bool>(
     }
 }
 
+/// What is true of a ray and each primitive, and how far the distance moves when the surface moves by as much as it is away;
+/// `None` where the oracle cannot tell.
+pub type Truths = Vec<Option<(Truth, f64)>>;
+
+/// Are the answers of all active rays right? `guard`: see [`RayTest::GUARD`].
+///
+/// # Errors
+/// The first that is wrong.
+pub fn verify<P: Debug>(
+    draft: &Draft<P>,
+    outcome: &Outcome,
+    any: bool,
+    guard: f64,
+    truths: impl Fn(&oracle::Ray) -> Truths,
+) -> Result<(), String> {
+    for i in draft.range.clone() {
+        let ray = draft.rays[i].exact();
+        let (t, found) = (f64::from(outcome.t_max(i)), outcome.found(i));
+        if any && ray.t_max == f64::NEG_INFINITY {
+            continue;
+        }
+        let was_hit = if any { t == f64::NEG_INFINITY } else { found != NO_HIT };
+        judge(guard, &truths(&ray), any, was_hit, found, t)
+            .map_err(|what| format!("ray {i}: {what}; {:?}, {:?}", draft.rays[i], draft.primitives))?;
+    }
+    Ok(())
+}
+
 /// Is the answer of one ray right?
-fn judge<R: RayTest>(
+fn judge(
+    guard: f64,
     truths: &[Option<(Truth, f64)>],
     any: bool,
     was_hit: bool,
@@ -231,8 +212,8 @@ fn judge<R: RayTest>(
     t: f64,
 ) -> Result<(), String> {
     // How far off a distance may be.
-    let slack = |reach: f64, t: f64| R::GUARD * (reach + t.abs());
-    let clear = |at: usize| truths[at].filter(|(truth, _)| truth.margin > R::GUARD);
+    let slack = |reach: f64, t: f64| guard * (reach + t.abs());
+    let clear = |at: usize| truths[at].filter(|(truth, _)| truth.margin > guard);
     let all = 0..truths.len();
     if !was_hit {
         return match all.clone().find(|&at| clear(at).is_some_and(|(truth, _)| truth.t.is_some())) {

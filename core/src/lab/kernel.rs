@@ -8,7 +8,8 @@ use core::fmt::Debug;
 use mobula_simd::Token;
 
 use super::{Dice, Draft, Outcome};
-use crate::{Column, NO_HIT, Properties, Rays};
+use crate::kernel::frusta::Frusta;
+use crate::{Column, Hits, NO_HIT, Properties, Rays};
 
 /// A kernel, or a special case of one, written once for every level and packet width.
 ///
@@ -21,11 +22,19 @@ pub trait Kernel: 'static {
     type General: Kernel<Primitive = Self::Primitive>;
     /// What it needs to know of the rays. Inputs are made so that it is true.
     const PROMISES: Properties = Properties::empty();
+    /// Are all rays parallel? Inputs are made so that they are.
+    const PARALLEL: bool = false;
     /// Primitives in the case that is timed.
     const PRIMITIVES: usize = 64;
 
     /// Draws a primitive.
     fn draw(dice: &mut Dice<'_>) -> Self::Primitive;
+
+    /// Numbers the primitives of a case, where they hold their ids.
+    fn number(_primitives: &mut [Self::Primitive]) {}
+
+    /// Changes the case that is timed, where a packet of a pinhole camera and drawn primitives are not what it is to be timed on.
+    fn timed(_draft: &mut Draft<Self::Primitive>) {}
 
     /// A point of interest to aim a ray at: corners, edges, outlines, the inside.
     fn aim(dice: &mut Dice<'_>, primitive: &Self::Primitive) -> [f32; 3];
@@ -76,8 +85,12 @@ pub struct Work<P, const N: usize> {
     pub rays: Rays<N>,
     /// What they are tested against.
     pub primitives: Vec<P>,
-    /// One integer a ray, an answer: the place of the primitive that was hit.
-    pub found: Column<u32, N>,
+    /// What was hit, an answer; other kernels than those that look for hits leave any integer a ray there.
+    pub hits: Hits<N>,
+    /// The greatest coordinate of the primitives, where [`Kernel::derive`] works it out.
+    pub scale: f32,
+    /// The rays that travel together, and the groups that do, where [`Kernel::derive`] finds them.
+    pub frusta: Option<(Frusta, u32)>,
     /// Answers of any other shape: [`Kernel::extra`] floats.
     pub extra: Vec<f32>,
     t_max: Column<f32, N>,
@@ -98,11 +111,20 @@ impl<P: Clone, const N: usize> Work<P, N> {
         Box::new(Self {
             rays,
             primitives: draft.primitives.clone(),
-            found: Column::splat(NO_HIT),
+            hits: Hits::default(),
+            scale: 0.0,
+            frusta: None,
             // Not zero, so that a store too many or too few shows.
             extra: alloc::vec![-12345.0; extra],
             t_max,
         })
+    }
+
+    /// Undoes what was found.
+    #[inline(always)]
+    pub fn restart(&mut self) {
+        self.rays.t_max = self.t_max;
+        self.hits.primitive.fill(NO_HIT);
     }
 
     /// All that came out, of the first `width` rays.
@@ -114,7 +136,7 @@ impl<P: Clone, const N: usize> Work<P, N> {
         let columns = [&self.rays.t_max, dx, dy, dz, ix, iy, iz, sx, sy, sz].map(bits);
         Outcome {
             columns,
-            found: self.found[..width].to_vec(),
+            found: self.hits.primitive[..width].to_vec(),
             axis: self.rays.axes()[..width].to_vec(),
             extra: self.extra.iter().map(|&x| canonical(x)).collect(),
             properties: self.rays.properties(),

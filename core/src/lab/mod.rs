@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`kernel`] | what a kernel tells the lab |
 //! | [`find`] | kernels that ask which primitive each ray hits |
+//! | [`leaves`] | kernels that test a leaf, as walks do |
 //! | [`dice`] | where inputs come from: a seed or bytes |
 //! | [`draft`] | a case: rays, primitives, the active range |
 //! | [`outcome`] | what came out |
@@ -23,6 +24,7 @@ pub mod entry;
 pub mod find;
 pub mod kernel;
 pub mod kernels;
+pub mod leaves;
 pub mod outcome;
 pub mod register;
 
@@ -32,4 +34,5 @@ pub use entry::{Counterexample, Entry, Plan, Row, WIDTHS, filtered};
 pub use find::{ANY, CLOSEST, Find, RayTest};
 pub use kernel::{Kernel, Work};
 pub use kernels::KERNELS;
+pub use leaves::{LabBlock, Leaves};
 pub use outcome::Outcome;

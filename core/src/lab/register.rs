@@ -5,13 +5,14 @@
 /// `probe::triangle::common_origin::avx512_64`.
 ///
 /// ```
-/// use mobula_core::lab::{self, Find};
-/// use mobula_core::lab::kernels::triangle::{COMMON_ORIGIN, GENERAL, Triangle};
+/// use mobula_core::lab;
+/// use mobula_core::lab::leaves::{COMMON_ORIGIN, Leaves, STREAM};
+/// use mobula_core::leaf::TriangleBlock;
 ///
 /// mobula_core::kernels! {
 ///     /// What my crate tunes.
 ///     pub static MINE;
-///     triangle { general: Find<Triangle<GENERAL>>, common_origin: Find<Triangle<COMMON_ORIGIN>> }
+///     triangle { stream: Leaves<TriangleBlock, STREAM>, common_origin: Leaves<TriangleBlock, COMMON_ORIGIN> }
 /// }
 /// # fn main() {
 /// let token = mobula_core::simd::AnyToken::detect();
@@ -20,7 +21,7 @@
 /// ```
 #[macro_export]
 macro_rules! kernels {
-    ($(#[$meta:meta])* $vis:vis static $name:ident; $($kernel:ident { $($case:ident: $type:ty),+ $(,)? })+) => {
+    ($(#[$meta:meta])* $vis:vis static $name:ident; $($(#[$cfg:meta])* $kernel:ident { $($case:ident: $type:ty),+ $(,)? })+) => {
         $(#[$meta])*
         $vis static $name: &[$crate::lab::Entry] = &[
             $($($crate::lab::Entry::of::<$type>(stringify!($kernel), stringify!($case)),)+)+

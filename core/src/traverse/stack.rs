@@ -8,13 +8,13 @@ pub(super) struct Entry {
     pub(super) child: Child,
     /// Where it is entered at the earliest.
     pub(super) near: f32,
-    /// The groups (of [`Loose`](super::loose::Loose) the rays) that may meet it.
-    pub(super) groups: u64,
+    /// The rays of a stream, or the groups of a packet, that may meet it, a bit each.
+    pub(super) rays: u64,
 }
 
 impl Entry {
     /// What a stack is cleared with, all zeros.
-    pub(super) const NONE: Self = Self { child: Child::node(0), near: 0.0, groups: 0 };
+    pub(super) const NONE: Self = Self { child: Child::node(0), near: 0.0, rays: 0 };
 }
 
 /// The children of a node that are met: one to go on with, the others on a stack from `first` to `top`.
@@ -29,14 +29,14 @@ pub(super) struct Met<'a> {
 impl<'a> Met<'a> {
     #[inline(always)]
     pub(super) fn new(stack: &'a mut [Entry; STACK], top: usize) -> Self {
-        let nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, groups: 0 };
+        let nearest = Entry { child: Child::EMPTY, near: f32::INFINITY, rays: 0 };
         Self { nearest, stack, first: top, top }
     }
 
     /// Adds a child. If `sorted`, the nearest is gone on with, and the farthest stays lowest; else the last is.
     #[inline(always)]
     pub(super) fn add(&mut self, mut entry: Entry, sorted: bool) {
-        if self.nearest.groups == 0 {
+        if self.nearest.rays == 0 {
             self.nearest = entry;
             return;
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mobula_simd::AnyToken;
+use mobula_core::simd::AnyToken;
 
 use crate::accel::AccelerationKind;
 use crate::balance::BalancerKind;

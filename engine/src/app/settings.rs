@@ -1,16 +1,16 @@
 //! How a scene is rendered, and a pipeline that does.
 
-use mobula_simd::AnyToken;
+use mobula_core::simd::AnyToken;
 
 use super::{Chosen, Components, RenderFrames, State};
 use crate::accel::AccelerationKind;
 use crate::balance::BalancerKind;
 use crate::camera::{CameraKind, View};
 use crate::image::Size;
+use crate::packet::PacketWidth;
 use crate::pipeline::{Config, Pipeline, ThreadCountError};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
-use crate::packet::PacketWidth;
 use crate::scene::{self, Geometries, SceneDescription, SceneError};
 use crate::traverse::{TileSize, TraverserKind};
 

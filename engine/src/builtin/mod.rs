@@ -30,11 +30,7 @@ pub fn scene() -> SceneDescription {
         view: Some(View { eye: Vec3::new(4.4, 4.4, 10.6), at: Vec3::new(0.0, 1.05, 0.0), up: Vec3::Y, fov: 32.0 }),
         ..SceneDescription::default()
     };
-    scene.add_light(Point {
-        position: Vec3::new(-5.6, 7.6, 5.0),
-        color: Vec3::new(1.05, 0.98, 0.86),
-        falloff: false,
-    });
+    scene.add_light(Point { position: Vec3::new(-5.6, 7.6, 5.0), color: Vec3::new(1.05, 0.98, 0.86), falloff: false });
     let mut glossy = |name: &str, diffuse: [f32; 3], specular: f32, shininess: f32, reflection: f32| {
         let (diffuse, specular) = (diffuse.into(), Vec3::splat(specular));
         scene.add_material(name, Phong { diffuse, specular, shininess, reflection, ..Phong::default() })

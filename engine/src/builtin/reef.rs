@@ -4,8 +4,8 @@ use glam::Vec3;
 use libm::{cosf, sinf};
 
 use super::sheet::sheet;
-use crate::math::{hash, unit};
 use crate::geometry::{Mesh, Spheres};
+use crate::math::{hash, unit};
 
 const PI: f32 = std::f32::consts::PI;
 /// Radius of the disc.
@@ -83,13 +83,7 @@ pub(super) fn corals(material: u32) -> Spheres {
 pub(super) fn ball(material: u32) -> Spheres {
     let (x, z, radius) = (0.75, 1.45, 0.52);
     let center = [x, height(x, z) + radius * 0.97, z];
-    Spheres {
-        name: "ball".to_owned(),
-        centers: vec![center],
-        radii: vec![radius],
-        material,
-        ..Spheres::default()
-    }
+    Spheres { name: "ball".to_owned(), centers: vec![center], radii: vec![radius], material, ..Spheres::default() }
 }
 
 /// Bubbles that rise in two columns.

@@ -14,11 +14,12 @@ use mobula::choice::list;
 use mobula::display::stereo::Stereo;
 use mobula::image::Size;
 use mobula::load::FORMATS;
+use mobula::medium::Fog;
 use mobula::pipeline::MAX_THREADS;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::traverse::TraverserKind;
-use mobula_simd::Level;
+use mobula_core::simd::Level;
 
 /// Packet ray tracer for triangle meshes and spheres.
 ///
@@ -38,6 +39,7 @@ pub(crate) enum Command {
     #[command(after_help = scenes_help())]
     Render(RenderOptions),
     /// Open a scene in a window
+    #[cfg(feature = "window")]
     #[command(after_help = keys_help())]
     View(SceneOptions),
     /// Measure how rendering scales, and project it to more processors
@@ -130,6 +132,10 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) background: Option<Arc<dyn Background>>,
 
+    /// Fog: how much of the light is lost in a unit of length, and its colour as R,G,B from 0 to 1 [default: none]
+    #[arg(long, value_name = "DENSITY[,COLOUR]", value_parser = fog)]
+    pub(crate) fog: Option<Fog>,
+
     /// No shadows
     #[arg(long, action = ArgAction::SetTrue)]
     pub(crate) no_shadows: bool,
@@ -192,6 +198,7 @@ fn scenes_help() -> String {
     text
 }
 
+#[cfg(feature = "window")]
 fn keys_help() -> String {
     format!("In the window:\n{}", mobula::display::window::HELP)
 }
@@ -255,7 +262,21 @@ fn background(text: &str) -> Result<Arc<dyn Background>, String> {
     }
     match vector(text) {
         Ok(color) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Arc::new(Constant { color })),
-        _ => Err(format!("give {}, or three numbers from 0 to 1 such as 0.1,0.2,0.3", BackgroundKind::NAMES.join(", "))),
+        _ => {
+            Err(format!("give {}, or three numbers from 0 to 1 such as 0.1,0.2,0.3", BackgroundKind::NAMES.join(", ")))
+        }
+    }
+}
+
+fn fog(text: &str) -> Result<Fog, String> {
+    let usage = || "give a density of at least 0, or a density and a colour such as 0.05,0.6,0.7,0.8".to_owned();
+    let (density, color) = text.split_once(',').map_or((text, None), |(density, color)| (density, Some(color)));
+    let density = density.trim().parse().ok().filter(|density: &f32| density.is_finite() && *density >= 0.0);
+    let fog = Fog::new(density.ok_or_else(usage)?);
+    match color.map(vector) {
+        None => Ok(fog),
+        Some(Ok(color)) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Fog { color, ..fog }),
+        Some(_) => Err(usage()),
     }
 }
 
@@ -312,6 +333,11 @@ mod tests {
         }
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
         assert!(background("2,0,0").is_err() && background("pink").is_err() && background("1,0,0.5").is_ok());
+        assert_eq!(fog("0.5").unwrap().density, 0.5);
+        assert_eq!(fog("0.5,1,0,0.25").unwrap().color, Vec3::new(1.0, 0.0, 0.25));
+        for bad in ["", "-1", "nan", "1,", "1,2,0,0", "1,0,0", "x"] {
+            assert!(fog(bad).is_err(), "{bad}");
+        }
         assert!(png("a.jpg").is_err() && png("b.PNG").is_ok());
     }
 }

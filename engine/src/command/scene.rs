@@ -34,10 +34,12 @@ pub(crate) fn open(name: &Path) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let spinner = spinner(format!("loading {}", name.display()));
     let loaded = match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
-        Some(name) => generate::generate(name).map(|scene| Loaded { report: Report::of_scene(&scene), scene }).ok_or_else(|| {
-            let known = generate::SCENES.map(|(name, _)| name).join(", ");
-            Failure::UnknownScene(name.to_owned(), known)
-        }),
+        Some(name) => {
+            generate::generate(name).map(|scene| Loaded { report: Report::of_scene(&scene), scene }).ok_or_else(|| {
+                let known = generate::SCENES.map(|(name, _)| name).join(", ");
+                Failure::UnknownScene(name.to_owned(), known)
+            })
+        }
         None => load::load(name).map_err(Failure::Load),
     };
     spinner.finish_and_clear();

@@ -10,8 +10,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use mobula_core::NO_HIT;
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::Opacity;
 use mobula_core::traverse::Paths;
-use mobula_simd::AnyToken;
 
 use super::{Census, Geometry, Structure};
 use crate::accel::AccelerationKind;
@@ -172,11 +173,14 @@ impl Geometries {
         paths
     }
 
-    /// Finds which rays hit anything.
-    pub fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket) -> Paths {
+    /// Finds which rays hit anything. With `depths`, primitives may let light through: it says how
+    /// [deep](crate::packet::optical_depth) each is, by geometry and primitive.
+    pub fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket, depths: Option<&Depths<'_>>) -> Paths {
         let mut paths = Paths::default();
         for group in self.groups.iter().filter(|group| group.structure.primitives() > 0) {
-            paths += packet.occlude(token, &*group.structure);
+            let through = depths.map(|depths| Through { group, depths });
+            let opacity = through.as_ref().map(|through| through as &dyn Opacity);
+            paths += packet.occlude(token, &*group.structure, opacity);
         }
         paths
     }
@@ -290,6 +294,22 @@ fn share(list: &[Arc<dyn Geometry>]) -> Result<Vec<Vec<usize>>, SceneError> {
         }
     }
     Ok(groups.into_iter().map(|(_, members)| members).collect())
+}
+
+/// The optical depths of primitives, by geometry and primitive.
+pub type Depths<'a> = dyn Fn(u32, u32) -> u32 + Sync + 'a;
+
+/// The optical depths of primitives, by their ids in a structure.
+struct Through<'a> {
+    group: &'a Group,
+    depths: &'a Depths<'a>,
+}
+
+impl Opacity for Through<'_> {
+    fn depth(&self, _ray: usize, primitive: u32, _t: f32) -> u32 {
+        let (geometry, primitive) = self.group.pair(primitive, &mut 0);
+        (self.depths)(geometry, primitive)
+    }
 }
 
 /// How many of the first values are alike.

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{BVec3, Vec3};
 
 use super::Census;
 use crate::accel::AccelerationKind;
@@ -19,7 +19,9 @@ pub const DEFAULT_MATERIAL: u32 = u32::MAX;
 /// are left out, which the census tells; they keep their numbers. Nothing panics.
 pub trait Geometry: Surface + Any + Debug + Send + Sync {
     /// What people call it.
-    fn name(&self) -> &str;
+    fn name(&self) -> &str {
+        ""
+    }
 
     /// Number of primitives, those left out included; at most 2^32 - 1.
     fn primitives(&self) -> usize;
@@ -27,11 +29,22 @@ pub trait Geometry: Surface + Any + Debug + Send + Sync {
     /// Looks at every primitive: bounds, counts by name, and what is left out.
     fn census(&self) -> Census;
 
-    /// Calls `visit` with points that show how far the geometry reaches: cameras are placed so that they see all of them.
-    fn extremes(&self, visit: &mut dyn FnMut(Vec3));
+    /// Calls `visit` with points that show how far the geometry reaches: cameras are placed so that they see all of them. The corners
+    /// of the bounds, unless the kind knows better.
+    fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
+        let (low, high) = self.census().bounds;
+        if low.cmple(high).all() {
+            for corner in 0..8_u8 {
+                visit(Vec3::select(BVec3::new(corner & 1 > 0, corner & 2 > 0, corner & 4 > 0), low, high));
+            }
+        }
+    }
 
-    /// The index of the material that all primitives have; or, where they differ, `None`, and those of `primitives` in `out`.
-    fn materials(&self, primitives: &[u32], out: &mut [u32]) -> Option<u32>;
+    /// The index of the material that all primitives have, [`DEFAULT_MATERIAL`] unless the kind knows better; or, where they differ,
+    /// `None`, and those of `primitives` in `out`.
+    fn materials(&self, _primitives: &[u32], _out: &mut [u32]) -> Option<u32> {
+        Some(DEFAULT_MATERIAL)
+    }
 
     /// The same with `shift` added to all indices of materials but [`DEFAULT_MATERIAL`]: for scenes that are joined.
     fn shift_materials(self: Arc<Self>, shift: u32) -> Arc<dyn Geometry>;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use mobula_core::bvh::TriangleBlock;
+use mobula_core::leaf::TriangleBlock;
 
 use super::triangle::{barycentric, normal, normal_f64};
 use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
@@ -91,7 +91,7 @@ impl Mesh {
     pub const GROUPS: Item = Item::detail("groups", "group", "groups");
 
     /// A tetrahedron with smooth normals.
-    pub fn example() -> Self {
+    pub fn example(material: u32) -> Self {
         let corners = vec![[-0.6, -0.6, -0.6], [0.6, 0.6, -0.6], [0.6, -0.6, 0.6], [-0.6, 0.6, 0.6]];
         let triangles = vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
         Self {
@@ -100,6 +100,7 @@ impl Mesh {
             positions: corners,
             triangle_normals: triangles.clone(),
             triangles,
+            material,
             ..Self::default()
         }
     }

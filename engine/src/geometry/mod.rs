@@ -22,7 +22,7 @@ mod tree;
 mod triangle;
 
 pub use census::{Census, Item, Role};
-pub use geometries::{Geometries, NeedsRebuild, SceneError};
+pub use geometries::{Depths, Geometries, NeedsRebuild, SceneError};
 pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};
 pub use spheres::Spheres;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use mobula_core::bvh::SphereBlock;
+use mobula_core::leaf::SphereBlock;
 
 use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
 use crate::accel::AccelerationKind;
@@ -51,12 +51,13 @@ const BAD_RADIUS: Item =
 
 impl Spheres {
     /// Two spheres that meet, each of a colour of its own.
-    pub fn example() -> Self {
+    pub fn example(material: u32) -> Self {
         Self {
             name: "two spheres".to_owned(),
             centers: vec![[-0.3, 0.0, 0.0], [0.4, 0.2, 0.1]],
             radii: vec![0.6, 0.45],
             colors: vec![[0.9, 0.5, 0.3], [0.3, 0.6, 0.9]],
+            material,
             ..Self::default()
         }
     }

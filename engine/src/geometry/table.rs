@@ -9,12 +9,12 @@ use super::{Geometry, Mesh, Spheres};
 pub struct Kind {
     /// Its name.
     pub name: &'static str,
-    /// A small example: something around the origin, within 1 of it, with the default material.
-    pub example: fn() -> Arc<dyn Geometry>,
+    /// A small example: something around the origin, within 1 of it, with the material of an index.
+    pub example: fn(material: u32) -> Arc<dyn Geometry>,
 }
 
 /// All kinds: a new one is a file and a line here.
 pub const KINDS: &[Kind] = &[
-    Kind { name: "mesh", example: || Arc::new(Mesh::example()) },
-    Kind { name: "spheres", example: || Arc::new(Spheres::example()) },
+    Kind { name: "mesh", example: |material| Arc::new(Mesh::example(material)) },
+    Kind { name: "spheres", example: |material| Arc::new(Spheres::example(material)) },
 ];

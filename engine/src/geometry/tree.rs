@@ -4,8 +4,10 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use mobula_core::bvh::{Block, Bvh, Quality};
+use mobula_core::bvh::{Bvh, Quality};
+use mobula_core::leaf::Block;
 use mobula_core::simd::AnyToken;
+use mobula_core::sink::Opacity;
 use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, RayPacket};
 
@@ -96,8 +98,13 @@ impl<G: InTree, const N: usize> Intersect<N> for Tree<G> {
         if self.all { self.bvh.intersect_all(token, packet) } else { self.bvh.intersect(token, packet) }
     }
 
-    fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
-        if self.all { self.bvh.occlude_all(token, packet) } else { self.bvh.occlude(token, packet) }
+    fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>, opacity: Option<&dyn Opacity>) -> Paths {
+        match (opacity, self.all) {
+            (None, false) => self.bvh.occlude(token, packet),
+            (None, true) => self.bvh.occlude_all(token, packet),
+            (Some(opacity), false) => self.bvh.occlude_through(token, packet, opacity),
+            (Some(opacity), true) => self.bvh.occlude_through_all(token, packet, opacity),
+        }
     }
 }
 

@@ -7,8 +7,8 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::lines::CheckedLines;
-use super::obj_check::{FaceHas, ObjCheck};
 use super::loaded::{Loaded, Report, display_name};
+use super::obj_check::{FaceHas, ObjCheck};
 use super::{LoadError, input, mtl, polygon};
 use crate::geometry::{DEFAULT_MATERIAL, Geometry, Mesh, MeshGroup, NO_INDEX};
 use crate::scene::SceneDescription;

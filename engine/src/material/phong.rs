@@ -111,6 +111,11 @@ impl Material for Phong {
         self.sound().diffuse
     }
 
+    /// Mirroring, which grows towards grazing angles, is left aside.
+    fn opacity(&self) -> f32 {
+        1.0 - self.sound().transparency
+    }
+
     fn describe(&self) -> String {
         let Vec3 { x, y, z } = self.diffuse;
         let mut text = format!("diffuse ({x:.2}, {y:.2}, {z:.2}), highlight {:.0}", self.shininess);

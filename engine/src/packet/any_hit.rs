@@ -1,12 +1,13 @@
-//! Rays of which only is asked whether they get through.
+//! Rays of which only is asked whether, or how much of the light, they let through.
 
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::Opacity;
 use mobula_core::traverse::Paths;
-use mobula_simd::AnyToken;
 
 use super::intersect::EveryWidth;
 use super::rays::{Rays, StoredAnyHit};
 
-/// Rays of which only is asked whether they hit anything (shadows): no storage for shading.
+/// Rays of which only is asked whether they hit anything, or how much of the light gets through (shadows): no storage for shading.
 #[derive(Clone, Debug)]
 pub struct AnyHitPacket {
     stored: StoredAnyHit,
@@ -39,8 +40,18 @@ impl AnyHitPacket {
         self.stored.rays_mut()
     }
 
-    /// Finds what is in the way of the rays.
-    pub fn occlude<S: EveryWidth + ?Sized>(&mut self, token: AnyToken, structure: &S) -> Paths {
-        self.stored.occlude(token, structure)
+    /// The [optical depths](super::optical_depth) of what the rays have met, where surfaces let light through.
+    pub fn depths(&self) -> &[u32] {
+        self.stored.depths()
+    }
+
+    /// Finds what is in the way of the rays: see [`Intersect::occlude`](super::Intersect::occlude).
+    pub fn occlude<S: EveryWidth + ?Sized>(
+        &mut self,
+        token: AnyToken,
+        structure: &S,
+        opacity: Option<&dyn Opacity>,
+    ) -> Paths {
+        self.stored.occlude(token, structure, opacity)
     }
 }

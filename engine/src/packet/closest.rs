@@ -2,15 +2,13 @@
 
 use std::ops::Range;
 
-use mobula_core::traverse::Paths;
 use mobula_core::NO_HIT;
-use mobula_simd::AnyToken;
+use mobula_core::simd::AnyToken;
+use mobula_core::traverse::Paths;
 
 use super::column::{Column, Columns3, columns3};
 use super::intersect::EveryWidth;
 use super::rays::{Rays, Stored};
-use super::sub_packet::SubPacket;
-use super::surface::Surface;
 
 /// Neighbouring rays that hit the same geometry and material, or nothing (paper Figure 6).
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -168,15 +166,6 @@ impl Packet {
     /// The runs, and the colours to write.
     pub fn runs_and_colors(&mut self) -> (&[Run], &mut Columns3) {
         (&self.runs, &mut self.color)
-    }
-
-    /// The rays of one of the [`runs`](Self::runs), without a copy; `surface` is the geometry that they hit, if any.
-    ///
-    /// # Panics
-    /// If there are not so many runs.
-    pub fn sub_packet<'a>(&'a mut self, run: usize, surface: Option<&'a dyn Surface>) -> SubPacket<'a> {
-        let range = self.runs[run].rays.clone();
-        SubPacket::new(self, range, surface)
     }
 
     /// Forgets all hits and lets the rays meet the primitives of a structure. [`found`](Self::found) has the ids of what they hit.

@@ -1,8 +1,9 @@
 //! What finds hits at every packet width that the engine is built for.
 
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::Opacity;
 use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, RayPacket};
-use mobula_simd::AnyToken;
 
 use super::width::packet_widths;
 
@@ -12,8 +13,9 @@ pub trait Intersect<const N: usize> {
     /// id wins, also over the one that the packet has.
     fn intersect(&self, token: AnyToken, packet: &mut RayPacket<N>) -> Paths;
 
-    /// Sets `t_max` of each active ray that hits anything to `-inf`.
-    fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>) -> Paths;
+    /// Sets `t_max` of each active ray that hits anything to `-inf`. With an `opacity`, which is asked by id, adds to each ray's
+    /// optical depth what it meets, and stops it only where that is [`OPAQUE`](mobula_core::sink::OPAQUE).
+    fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>, opacity: Option<&dyn Opacity>) -> Paths;
 }
 
 macro_rules! every_width {

@@ -11,6 +11,7 @@
 //! | `any_hit` | rays of which only is asked whether they get through |
 //! | `rays` | origins, directions and intervals of rays, whatever the width |
 //! | `intersect` | what finds hits at every width |
+//! | `depth` | how much of the light gets through surfaces |
 //! | `width` | the table of widths |
 //! | `surface` | hits as geometry sees them, and what it tells of them |
 //! | `column` | one value of every ray, 64-byte aligned |
@@ -18,6 +19,7 @@
 mod any_hit;
 mod closest;
 mod column;
+mod depth;
 mod intersect;
 mod rays;
 mod sub_packet;
@@ -29,6 +31,7 @@ mod width;
 pub use any_hit::AnyHitPacket;
 pub use closest::{Found, Packet, Run};
 pub use column::{Column, Columns3, add_vec3, columns3, part, part_mut, set_vec3, vec3};
+pub use depth::{optical_depth, transmittance};
 pub use intersect::{EveryWidth, Intersect};
 pub use rays::Rays;
 pub use sub_packet::SubPacket;

@@ -1,9 +1,10 @@
 //! Rays of a packet, whatever its width: packets of `mobula-core` behind one enum, which only intersection takes apart.
 
 use glam::Vec3;
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::Opacity;
 use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, Properties, RayPacket};
-use mobula_simd::AnyToken;
 
 use super::intersect::{EveryWidth, Intersect};
 use super::width::packet_widths;
@@ -224,9 +225,21 @@ macro_rules! stored {
                 }
             }
 
-            pub(super) fn occlude<S: EveryWidth + ?Sized>(&mut self, token: AnyToken, structure: &S) -> Paths {
+            /// The optical depths of what the rays have met.
+            pub(super) fn depths(&self) -> &[u32] {
                 match self {
-                    $(Self::$name(packet) => Intersect::<$rays>::occlude(structure, token, packet),)+
+                    $(Self::$name(packet) => &packet.depth()[..packet.range().end],)+
+                }
+            }
+
+            pub(super) fn occlude<S: EveryWidth + ?Sized>(
+                &mut self,
+                token: AnyToken,
+                structure: &S,
+                opacity: Option<&dyn Opacity>,
+            ) -> Paths {
+                match self {
+                    $(Self::$name(packet) => Intersect::<$rays>::occlude(structure, token, packet, opacity),)+
                 }
             }
         }

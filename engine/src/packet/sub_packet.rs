@@ -33,8 +33,19 @@ pub struct SubPacket<'a> {
     has_colors: bool,
 }
 
+impl Packet {
+    /// The rays of one of the [`runs`](Packet::runs), without a copy; `surface` is the geometry that they hit, if any.
+    ///
+    /// # Panics
+    /// If there are not so many runs.
+    pub fn sub_packet<'a>(&'a mut self, run: usize, surface: Option<&'a dyn Surface>) -> SubPacket<'a> {
+        let range = self.runs()[run].rays.clone();
+        SubPacket::new(self, range, surface)
+    }
+}
+
 impl<'a> SubPacket<'a> {
-    pub(super) fn new(packet: &'a mut Packet, range: Range<usize>, surface: Option<&'a dyn Surface>) -> Self {
+    fn new(packet: &'a mut Packet, range: Range<usize>, surface: Option<&'a dyn Surface>) -> Self {
         Self { packet, range, surface, known: Known::empty(), has_colors: false }
     }
 
@@ -69,7 +80,11 @@ impl<'a> SubPacket<'a> {
     /// # Panics
     /// If the range is not within this sub-packet.
     pub fn sub_packet(&mut self, range: Range<usize>) -> SubPacket<'_> {
-        assert!(range.start <= range.end && range.end <= self.len(), "rays {range:?} of a sub-packet of {}", self.len());
+        assert!(
+            range.start <= range.end && range.end <= self.len(),
+            "rays {range:?} of a sub-packet of {}",
+            self.len()
+        );
         let range = self.range.start + range.start..self.range.start + range.end;
         let (surface, known, has_colors) = (self.surface, self.known, self.has_colors);
         SubPacket { packet: self.packet, range, surface, known, has_colors }

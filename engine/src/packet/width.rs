@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use mobula_simd::Level;
+use mobula_core::simd::Level;
 
 /// Calls a macro with all packet widths: a name, the number of rays, and what a packet of pixels looks like. By rising width. This
 /// is the one table.

@@ -1,10 +1,12 @@
 //! The ray tracer of the paper's Figure 6.
 
+use crate::medium::composite;
 use crate::packet::Packet;
+use crate::pipeline::fault::scope;
 use crate::stack::{Context, Renderer};
 
 /// Intersects a packet, splits it into runs of one material, and hands each run to that material as a sub-packet, or to
-/// the background. Materials call back for secondary rays.
+/// the background. Materials call back for secondary rays. At last the medium is put before it all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Raytracer {
     /// Rays with more reflections and refractions than this behind them see the background only.
@@ -24,5 +26,6 @@ impl Renderer for Raytracer {
             context.scene.intersect(context, packet);
         }
         context.scene.shade(context, packet);
+        scope("medium", || composite(context, packet));
     }
 }

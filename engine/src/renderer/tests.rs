@@ -12,6 +12,7 @@ use crate::camera::{Pinhole, Up, View};
 use crate::image::FrameBuffer;
 use crate::light::{Directional, Hemisphere, Light, Point};
 use crate::material::{Flat, Lambertian, Material, Phong};
+use crate::medium::Fog;
 use crate::sampler::SamplerKind;
 use crate::scene::{Geometry, Mesh, NeedsRebuild, Scene, SceneDescription, Spheres, build};
 use crate::stack::{Context, Fragment, Statistics};
@@ -157,12 +158,114 @@ fn a_surface_does_not_shadow_itself() {
     }
 }
 
+/// The byte of a linear brightness.
+fn byte(linear: f32) -> u32 {
+    crate::color::to_pixel(Vec3::splat(linear)) & 0xff
+}
+
+/// A pane across y.
+fn pane(y: f32) -> Arc<dyn Geometry> {
+    floor(y, 1)
+}
+
 #[test]
-fn clear_glass_casts_no_shadow() {
-    let phong = Phong { transparency: 0.9, ..Phong::default() };
-    let objects = vec![floor(0.0, 0), sphere([0.0, 9.0, 0.0], 0.5, 1)];
-    let (picture, _) = render(16, &stage(objects, phong), PLAIN);
-    assert_eq!(middle(&picture), 255);
+fn glass_casts_the_shadow_of_its_opacity() {
+    for transparency in [0.0, 0.25, 0.5, 0.9, 1.0] {
+        let glass = Phong { transparency, ..Phong::default() };
+        // Behind the eye, in the way of the light.
+        let one = stage(vec![floor(0.0, 0), pane(9.0)], glass);
+        let two = stage(vec![floor(0.0, 0), pane(9.0), sphere([0.0, 7.0, 0.0], 0.5, 1)], glass);
+        for width in [1, 16, 64] {
+            assert_eq!(middle(&render(width, &one, PLAIN).0), byte(transparency), "{transparency}");
+            assert_eq!(middle(&render(width, &two, PLAIN).0), byte(transparency * transparency), "{transparency}");
+        }
+        // Of a light that rays start at, too.
+        let light = Arc::new(Point { position: Vec3::Y * 20.0, color: Vec3::ONE, falloff: false });
+        let scene = SceneDescription { lights: vec![light], ..one };
+        assert_eq!(middle(&render(16, &scene, PLAIN).0), byte(transparency), "{transparency}");
+    }
+}
+
+#[test]
+fn shadows_of_many_panes_are_the_same_in_any_order_and_at_any_width() {
+    let heights = [6.0, 9.0, 7.0, 8.5, 6.5, 11.0];
+    let glass = Phong { transparency: 0.8, ..Phong::default() };
+    let picture = |heights: &[f32], kind| {
+        let panes = heights.iter().map(|&y| if y == 7.0 { sphere([0.3, y, 0.2], 0.4, 1) } else { pane(y) });
+        let scene = stage(panes.chain([floor(0.0, 0)]).collect(), glass);
+        [1, 8, 16, 64, 256].map(|width| render(width, &scene, How { kind, ..PLAIN }).0)
+    };
+    let pictures = picture(&heights, AccelerationKind::Bvh);
+    let mut turned = heights;
+    turned.reverse();
+    for other in [picture(&turned, AccelerationKind::Fast), picture(&heights, AccelerationKind::Brute)] {
+        assert!(other.iter().all(|other| *other == pictures[0]));
+    }
+    assert!(pictures.iter().all(|other| *other == pictures[0]));
+}
+
+/// A floor of this brightness, seen from 5 above it through fog of this density and brightness, and through `panes`.
+fn foggy(panes: Vec<Arc<dyn Geometry>>, fog: [f32; 2], flat: f32) -> SceneDescription {
+    let glass = Phong {
+        diffuse: Vec3::ZERO,
+        transparency: 0.5,
+        refractive_index: 1.0, // which mirrors nothing
+        ..Phong::default()
+    };
+    let mut scene = stage(panes.into_iter().chain([floor(0.0, 0)]).collect(), glass);
+    scene.materials[0].material = Arc::new(Flat { color: Vec3::splat(flat) });
+    scene.medium = Some(Arc::new(Fog { density: fog[0], color: Vec3::splat(fog[1]) }));
+    scene
+}
+
+#[test]
+fn fog_is_in_front_of_inside_and_behind_transparent_surfaces() {
+    let [density, bright, flat] = [0.2_f32, 0.7, 0.1];
+    // What is seen through so much fog, of something of this brightness.
+    let through = |length: f32, behind: f32| {
+        let through = (-density * length).exp();
+        bright * (1.0 - through) + through * behind
+    };
+    let around_the_eye = || sphere([0.0, 5.0, 0.0], 2.0, 1);
+    for (panes, expected) in [
+        (vec![], through(5.0, flat)),
+        (vec![pane(2.0)], through(3.0, 0.5 * through(2.0, flat))),
+        (vec![pane(2.0), pane(1.0)], through(3.0, 0.5 * through(1.0, 0.5 * through(1.0, flat)))),
+        (vec![around_the_eye()], through(2.0, 0.5 * through(3.0, flat))),
+        (vec![sphere([0.0, 2.5, 0.0], 1.0, 1)], through(1.5, 0.5 * through(2.0, 0.5 * through(1.5, flat)))),
+    ] {
+        let got = middle(&render(16, &foggy(panes, [density, bright], flat), PLAIN).0);
+        assert!(got.abs_diff(byte(expected)) <= 1, "{got} for {}", byte(expected));
+    }
+    // Where nothing is, there is nothing but fog.
+    let got =
+        middle(&render(16, &SceneDescription { geometry: vec![], ..foggy(vec![], [density, bright], flat) }, PLAIN).0);
+    assert_eq!(got, byte(bright));
+}
+
+#[test]
+fn fog_weakens_the_light_on_its_way_to_a_surface() {
+    let [density, bright] = [0.3_f32, 0.2];
+    for height in [1.0_f32, 3.0, 40.0] {
+        let mut scene = stage(vec![floor(0.0, 0)], Lambertian::default());
+        scene.medium = Some(Arc::new(Fog { density, color: Vec3::splat(bright) }));
+        scene.lights = vec![Arc::new(Point { position: Vec3::Y * height, color: Vec3::ONE, falloff: false })];
+        let through = |length: f32| (-density * length).exp();
+        let expected = bright * (1.0 - through(5.0)) + through(5.0) * through(height);
+        let got = middle(&render(64, &scene, PLAIN).0);
+        assert!(got.abs_diff(byte(expected)) <= 1, "{got} for {}", byte(expected));
+    }
+}
+
+#[test]
+fn fog_is_the_same_at_every_packet_width() {
+    let mut scene = crate::builtin::scene();
+    scene.medium = Some(Arc::new(Fog::new(0.06)));
+    let picture = render(64, &scene, PLAIN).0;
+    assert!(picture != render(64, &crate::builtin::scene(), PLAIN).0, "there is fog");
+    for width in [1, 7, 8, 16, 256] {
+        assert!(picture == render(width, &scene, How { fragment: 11, ..PLAIN }).0, "{width} rays");
+    }
 }
 
 #[test]
@@ -180,10 +283,8 @@ fn a_white_furnace_shows_nothing() {
     let white = Vec3::ONE;
     for (reflection, transparency) in [(0.0, 0.0), (0.4, 0.0), (1.0, 0.0), (0.0, 0.5), (0.3, 0.7), (0.0, 1.0)] {
         let phong = Phong { diffuse: white, reflection, transparency, ..Phong::default() };
-        let mut scene = stage(
-            vec![floor(0.0, 1), sphere([0.0, 1.0, 0.0], 0.7, 1), sphere([0.5, 1.5, 0.2], 0.4, 1)],
-            phong,
-        );
+        let mut scene =
+            stage(vec![floor(0.0, 1), sphere([0.0, 1.0, 0.0], 0.7, 1), sphere([0.5, 1.5, 0.2], 0.4, 1)], phong);
         let dark = Arc::new(Directional { direction: Vec3::Y, color: Vec3::ZERO });
         scene.lights = vec![dark];
         scene.ambient = Arc::new(Hemisphere { above: white, below: white });
@@ -236,10 +337,7 @@ fn a_refitted_scene_is_the_picture_of_one_built_anew() {
     };
     let scene = |phase: f32, radius: f32| {
         let objects = vec![sea(phase), sphere([2.0 + phase, 1.0, 0.0], radius, 0), sphere([-2.0, 1.5, phase], 1.0, 1)];
-        stage(
-            objects,
-            Phong { transparency: 0.7, ..Phong::default() },
-        )
+        stage(objects, Phong { transparency: 0.7, ..Phong::default() })
     };
     let mut refitted = build(&scene(0.0, 1.0), AccelerationKind::Bvh).unwrap();
     let before = render_scene(64, &refitted, PLAIN).0;

@@ -34,6 +34,7 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
         lights,
         ambient: description.ambient.clone(),
         background: description.background.clone(),
+        medium: description.medium.clone(),
         shadows: true,
         geometry,
         up,

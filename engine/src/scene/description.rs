@@ -9,6 +9,7 @@ use crate::background::{Background, Gradient};
 use crate::geometry::Geometry;
 use crate::light::{AmbientLight, Hemisphere, Light};
 use crate::material::{Material, NamedMaterial};
+use crate::medium::Medium;
 use crate::view::{Up, View};
 
 /// Everything that a picture needs, but the image size.
@@ -26,6 +27,8 @@ pub struct SceneDescription {
     pub ambient: Arc<dyn AmbientLight>,
     /// What is seen where nothing is.
     pub background: Arc<dyn Background>,
+    /// What is between surfaces; `None`: nothing.
+    pub medium: Option<Arc<dyn Medium>>,
     /// Which way is up; `None` guesses from the bounds.
     pub up: Option<Up>,
     /// Where to look from; `None` frames everything.
@@ -42,6 +45,7 @@ impl Default for SceneDescription {
             lights: Vec::new(),
             ambient: Arc::new(Hemisphere::default()),
             background: Arc::new(Gradient::default()),
+            medium: None,
             up: None,
             view: None,
         }
@@ -65,13 +69,14 @@ impl SceneDescription {
         self.lights.push(Arc::new(light));
     }
 
-    /// Adds everything of `other`, whose material indices it shifts; keeps its own name, background, up and view
+    /// Adds everything of `other`, whose material indices it shifts; keeps its own name, background, medium, up and view
     /// where it has them.
     pub fn merge(&mut self, mut other: SceneDescription) {
         let shift = self.materials.len() as u32;
         self.geometry.extend(other.geometry.into_iter().map(|geometry| geometry.shift_materials(shift)));
         self.materials.append(&mut other.materials);
         self.lights.append(&mut other.lights);
+        self.medium = self.medium.take().or(other.medium);
         self.up = self.up.or(other.up);
         self.view = self.view.or(other.view);
         if self.name.is_empty() {

@@ -4,7 +4,8 @@ use glam::Vec3;
 use mobula_core::Properties;
 
 use super::Points;
-use crate::packet::{AnyHitPacket, Column, set_vec3, vec3};
+use crate::medium::attenuate;
+use crate::packet::{AnyHitPacket, Column, set_vec3, transmittance, vec3};
 use crate::pipeline::fault::scope;
 use crate::scratch::lend;
 use crate::stack::{Context, Illumination, Light};
@@ -12,7 +13,7 @@ use crate::stack::{Context, Illumination, Light};
 /// A light is near if it is within so many times the size of the scene: then shadow rays start at it.
 const NEAR: f32 = 64.0;
 
-/// What of `light` reaches `points`. Rays whose surface faces away, or that something is in the way of, get no radiance;
+/// What of `light` reaches `points`, through the scene's medium and through surfaces that let light through. Rays whose surface faces away, or that something is in the way of, get no radiance;
 /// so in the rows of others `out.radiance` may be used without a further test.
 ///
 /// The rays of points that face the light are packed densely, in order, so that they stay as coherent as they were. From a
@@ -21,6 +22,7 @@ const NEAR: f32 = 64.0;
 /// to the point, or to the light, is tested.
 pub fn illuminate(context: &Context<'_>, light: &dyn Light, points: &Points, out: &mut Illumination) {
     scope("light", || light.illuminate(points.positions(), out));
+    scope("medium", || attenuate(context, points.positions(), out));
     let facing: &mut Column<u16> = &mut lend(context.width);
     let mut count = 0;
     for i in 0..points.len() {
@@ -70,9 +72,13 @@ pub fn illuminate(context: &Context<'_>, light: &dyn Light, points: &Points, out
     let statistics = context.statistics;
     statistics.shadow.set(statistics.shadow.get() + count as u64);
     context.scene.occlude(context, packet);
-    for (&i, &t_max) in facing.iter().zip(packet.rays().t_max()) {
+    for ((&i, &t_max), &depth) in facing.iter().zip(packet.rays().t_max()).zip(packet.depths()) {
+        let i = usize::from(i);
         if t_max == f32::NEG_INFINITY {
-            set_vec3(&mut out.radiance, i.into(), Vec3::ZERO);
+            set_vec3(&mut out.radiance, i, Vec3::ZERO);
+        } else if depth > 0 {
+            let radiance = vec3(&out.radiance, i) * transmittance(depth);
+            set_vec3(&mut out.radiance, i, radiance);
         }
     }
 }

@@ -10,7 +10,8 @@ use core::alloc::{GlobalAlloc, Layout};
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use mobula_core::bvh::{Serial, TriangleBlock};
+use mobula_core::bvh::Serial;
+use mobula_core::leaf::TriangleBlock;
 use mobula_core::glam::Vec3;
 use mobula_core::simd::AnyToken;
 use mobula_core::{Bvh, RayPacket};

@@ -1,54 +1,57 @@
-//! The kernels of this crate, registered. Special cases that were measured not to pay are not here: see
-//! `benches/record`.
+//! The kernels of this crate, registered: every test that a walk makes, what precedes it, and whole traversals.
+//!
+//! `iso_cell` is here before its walk: leaves of volumes will call it.
 
-pub mod children;
 pub mod iso_cell;
-pub mod packet_operations;
-pub mod slab;
+pub mod node;
+pub mod rays;
 pub mod sphere;
+pub mod traversal;
 pub mod triangle;
 
-use super::find::{ANY, Find};
-use children::{Beams, Children};
+use super::find::{ANY, CLOSEST, Find};
+use super::leaves::{COMMON_ORIGIN, Leaves, PACKET, PARALLEL, SINGLE, STREAM};
+use crate::leaf::{SphereBlock, TriangleBlock};
 use iso_cell::IsoCell;
-use packet_operations::{Bounds, Frustum, Inverse, Normalize, Shears};
-use slab::Slab;
-use sphere::Sphere;
-use triangle::Triangle;
+use node::{Diverged, Packet, Single, Streams};
+use rays::{Frusta, Inverse, Normalize, Shears};
+use traversal::Traversal;
 
 crate::kernels! {
     /// All kernels of this crate and their special cases.
     pub static KERNELS;
     triangle {
-        general: Find<Triangle<{ triangle::GENERAL }>>,
-        constant_axis: Find<Triangle<{ triangle::CONSTANT_AXIS }>>,
-        common_origin: Find<Triangle<{ triangle::COMMON_ORIGIN }>>,
-        common_origin_any: Find<Triangle<{ triangle::COMMON_ORIGIN }>, ANY>,
-        common_origin_corners: Find<Triangle<{ triangle::CORNERS }>>,
+        stream: Leaves<TriangleBlock, STREAM>,
+        single: Leaves<TriangleBlock, SINGLE>,
+        packet: Leaves<TriangleBlock, PACKET>,
+        packet_parallel: Leaves<TriangleBlock, PARALLEL>,
+        packet_common_origin: Leaves<TriangleBlock, COMMON_ORIGIN>,
+        packet_common_origin_any: Leaves<TriangleBlock, COMMON_ORIGIN, ANY>,
     }
     sphere {
-        general: Find<Sphere<false, false>>,
-        common_origin: Find<Sphere<true, false>>,
-        unit: Find<Sphere<false, true>>,
-        common_origin_unit: Find<Sphere<true, true>>,
-        common_origin_unit_any: Find<Sphere<true, true>, ANY>,
+        stream: Leaves<SphereBlock, STREAM>,
+        stream_unit: Leaves<SphereBlock, STREAM, CLOSEST, true>,
+        single: Leaves<SphereBlock, SINGLE>,
+        packet: Leaves<SphereBlock, PACKET>,
+        packet_common_origin: Leaves<SphereBlock, COMMON_ORIGIN>,
+        packet_common_origin_unit: Leaves<SphereBlock, COMMON_ORIGIN, CLOSEST, true>,
+        packet_common_origin_unit_any: Leaves<SphereBlock, COMMON_ORIGIN, ANY, true>,
     }
-    slab {
-        general: Slab<{ slab::GENERAL }>,
-        common_origin: Slab<{ slab::COMMON_ORIGIN }>,
-        constant_signs: Slab<{ slab::CONSTANT_SIGNS }>,
-        common_origin_constant_signs: Slab<{ slab::COMMON_ORIGIN_CONSTANT_SIGNS }>,
-    }
-    children {
-        general: Children<{ children::GENERAL }>,
-        sorted: Children<{ children::SORTED }>,
-        sorted_fused: Children<{ children::SORTED_FUSED }>,
-    }
-    beam { general: Beams }
     iso_cell { general: Find<IsoCell> }
+    node_packet { general: Packet<false>, common_origin: Packet<true> }
+    node_diverged { general: Diverged<false>, common_origin: Diverged<true> }
+    node_stream { general: Streams }
+    node_single { general: Single }
+    frusta { general: Frusta<false>, common_origin: Frusta<true> }
     inverse { general: Inverse }
     normalize { general: Normalize }
     shears { general: Shears }
-    bounds { general: Bounds<false>, common_origin: Bounds<true> }
-    frustum { general: Frustum }
+    traversal {
+        all: Traversal<{ traversal::INCOHERENT }, CLOSEST, true>,
+        diffuse: Traversal<{ traversal::INCOHERENT }, CLOSEST, false>,
+        ambient_occlusion: Traversal<{ traversal::INCOHERENT }, ANY, false>,
+        primary: Traversal<{ traversal::COMMON_ORIGIN }, CLOSEST, false>,
+        shadow: Traversal<{ traversal::COMMON_ORIGIN }, ANY, false>,
+        sun: Traversal<{ traversal::PARALLEL }, ANY, false>,
+    }
 }

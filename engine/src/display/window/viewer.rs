@@ -15,8 +15,8 @@ use winit::window::{Window, WindowId};
 
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
+use super::news::{News, WindowError};
 use super::screen::{Screen, Screenshot};
-use super::{News, WindowError};
 use crate::app::{Chosen, Settings, State};
 use crate::camera::View;
 use crate::image::Size;

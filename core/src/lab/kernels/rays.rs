@@ -1,4 +1,5 @@
-//! What precedes intersection: reciprocal directions with signs, unit directions, shears, bounds. A test is a ray.
+//! What precedes intersection: reciprocal directions with signs, unit directions, shears, bounds of groups, frusta. A test is a
+//! ray.
 
 use alloc::format;
 use alloc::string::String;
@@ -6,8 +7,8 @@ use alloc::string::String;
 use mobula_simd::Token;
 
 use crate::Properties;
-use crate::kernel::bounds::packet_bounds;
-use crate::kernel::edges::Window;
+use crate::kernel::group_bounds::{GroupBounds, MIXED};
+use crate::kernel::groups::{GROUPS, group_size};
 use crate::lab::find::in_reach;
 use crate::lab::{Dice, Draft, Kernel, Outcome, Work};
 
@@ -150,78 +151,45 @@ impl Kernel for Shears {
     }
 }
 
-/// [`packet_bounds`].
+/// [`GroupBounds::new`] and [`Frusta::new`](crate::kernel::frusta::Frusta::new): what a packet costs before its first node.
 #[derive(Debug)]
-pub struct Bounds<const COMMON_ORIGIN: bool>;
+pub struct Frusta<const COMMON_ORIGIN: bool>;
 
-impl<const COMMON_ORIGIN: bool> Kernel for Bounds<COMMON_ORIGIN> {
-    type General = Bounds<false>;
+/// Floats of `extra` a group: its class, least and greatest slopes in x and in y, least and greatest origins, the far end.
+const GROUP_EXTRA: usize = 12;
+
+impl<const COMMON_ORIGIN: bool> Kernel for Frusta<COMMON_ORIGIN> {
+    type General = Self;
     const PROMISES: Properties = if COMMON_ORIGIN { Properties::COMMON_ORIGIN } else { Properties::empty() };
     of_rays!();
 
     fn extra(_rays: usize, _primitives: usize) -> usize {
-        14
-    }
-
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
-        work.rays.inverse_directions(token);
-    }
-
-    #[inline(always)]
-    fn reset<const N: usize>(_work: &mut Work<(), N>) {}
-
-    #[inline(always)]
-    fn run<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
-        let bounds = packet_bounds::<T, N, COMMON_ORIGIN>(token, &work.rays);
-        for axis in 0..3 {
-            for end in 0..2 {
-                work.extra[axis * 4 + end] = bounds.origin[end][axis];
-                work.extra[axis * 4 + 2 + end] = bounds.inverse[end][axis];
-            }
-        }
-        (work.extra[12], work.extra[13]) = (bounds.t_min, bounds.t_max);
-    }
-
-    fn verify(draft: &Draft<()>, outcome: &Outcome) -> Result<(), String> {
-        for i in draft.range.clone() {
-            let (ray, inverse) = (&draft.rays[i], outcome.inverse(i));
-            // NaN is outside of nothing.
-            let mut outside = ray.t_min < outcome.extra(12) || ray.t_max > outcome.extra(13);
-            for axis in 0..3 {
-                let of = |at| outcome.extra(axis * 4 + at);
-                outside |= ray.origin[axis] < of(0) || ray.origin[axis] > of(1);
-                outside |= inverse[axis] < of(2) || inverse[axis] > of(3);
-            }
-            if outside {
-                return Err(format!("ray {i} is out of bounds: {ray:?}"));
-            }
-        }
-        let tight =
-            draft.range.is_empty() || draft.rays[draft.range.clone()].iter().all(|r| r.t_max < outcome.extra(13));
-        if tight && !draft.range.is_empty() && !outcome.extra(13).is_nan() {
-            return Err(format!("nothing reaches as far as {:e}", outcome.extra(13)));
-        }
-        Ok(())
-    }
-}
-
-/// [`Window::of`]: the frustum of a packet with a common origin.
-#[derive(Debug)]
-pub struct Frustum;
-
-impl Kernel for Frustum {
-    type General = Self;
-    const PROMISES: Properties = Properties::COMMON_ORIGIN.union(Properties::CONSTANT_AXIS);
-    of_rays!();
-
-    fn extra(_rays: usize, _primitives: usize) -> usize {
-        3
+        GROUPS * GROUP_EXTRA
     }
 
     #[inline(always)]
     fn derive<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
         work.rays.shears(token);
+        work.scale = 1.0;
+        if !work.rays.range().is_empty() {
+            let bounds = GroupBounds::new::<T, N, COMMON_ORIGIN>(token, &work.rays, work.scale);
+            for (group, out) in work.extra.chunks_exact_mut(GROUP_EXTRA).enumerate() {
+                let of = |row: &[f32]| row[group] + 0.0;
+                // Of two zeros, which is least depends on the lanes; adding zero makes both positive.
+                out[0] = f32::from(bounds.class(group));
+                if bounds.class(group) == MIXED {
+                    out[1..].fill(0.0);
+                    continue;
+                }
+                for k in 0..2 {
+                    (out[1 + 2 * k], out[2 + 2 * k]) = (of(&bounds.slope[0][k][..]), of(&bounds.slope[1][k][..]));
+                }
+                for k in 0..3 {
+                    (out[5 + 2 * k], out[6 + 2 * k]) = (of(&bounds.origin[0][k][..]), of(&bounds.origin[1][k][..]));
+                }
+                out[11] = of(&bounds.t_max[..]);
+            }
+        }
     }
 
     #[inline(always)]
@@ -229,28 +197,26 @@ impl Kernel for Frustum {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
-        let Window { center, radius } = Window::of(token, &work.rays);
-        // Of two zeros, which is least depends on the lanes; adding zero makes both positive.
-        (work.extra[0], work.extra[1], work.extra[2]) = (center[0] + 0.0, center[1] + 0.0, radius);
+        work.frusta = work.frusta::<T, COMMON_ORIGIN>(token);
     }
 
     fn verify(draft: &Draft<()>, outcome: &Outcome) -> Result<(), String> {
-        let (center, radius) = ([outcome.extra(0), outcome.extra(1)], outcome.extra(2));
-        let mut farthest = 0.0f32;
+        let size = group_size(draft.rays.len());
         for i in draft.range.clone() {
-            let [x, y, _] = outcome.shear(i);
-            for away in [center[0] - x, center[1] - y] {
-                // A NaN is outside of nothing.
-                if away.abs() > radius {
-                    return Err(format!("ray {i} with shears {x:e} {y:e} is outside of {center:?} +- {radius:e}"));
-                }
-                farthest = farthest.max(away.abs());
+            let of = |at| outcome.extra(i / size * GROUP_EXTRA + at);
+            if of(0) == f32::from(MIXED) {
+                continue;
             }
-        }
-        // It is the least one, up to the rounding of its middle.
-        let size = center[0].abs().max(center[1].abs()) + radius;
-        if radius > farthest + 1e-6 * size {
-            return Err(format!("no ray is as far as {radius:e} from {center:?}: {farthest:e}"));
+            // NaN is outside of nothing.
+            let (ray, [x, y, z]) = (&draft.rays[i], outcome.shear(i));
+            let mut outside = x < of(1) || x > of(2) || y < of(3) || y > of(4) || ray.t_max > of(11);
+            for axis in 0..3 {
+                outside |= ray.origin[axis] < of(5 + 2 * axis) || ray.origin[axis] > of(6 + 2 * axis);
+            }
+            let class = outcome.axis(i) * 2 + u32::from(z < 0.0);
+            if outside || of(0) != class as f32 {
+                return Err(format!("ray {i} is out of the bounds of its group: {ray:?}"));
+            }
         }
         Ok(())
     }

@@ -3,11 +3,11 @@
 use bytemuck::Zeroable;
 use mobula_simd::Token;
 
+use super::Bounds;
 use super::block::{BLOCK, Block};
-use super::{Bounds, Bvh, Join, Quality};
+use crate::kernel::single::SingleRay;
 use crate::kernel::sphere::sphere;
 use crate::kernel::{load3, splat3, sub};
-use crate::traverse::SingleRay;
 use crate::{NO_HIT, Properties, Rays};
 
 /// Four spheres: centres by axis, radii.
@@ -19,11 +19,14 @@ pub struct SphereBlock {
     ids: [u32; BLOCK],
 }
 
-impl Bvh<SphereBlock> {
-    /// Builds over spheres `0..count` (`[x, y, z, radius]`), whose ids are `first_id..first_id + count`. Those that are
-    /// not finite or whose radius is not positive are left out.
-    pub fn spheres(count: usize, first_id: u32, join: &impl Join, sphere: impl Fn(usize) -> [f32; 4] + Sync) -> Self {
-        Self::build(count, first_id, Quality::Good, join, sphere)
+impl SphereBlock {
+    /// The sphere at a place: x, y, z of its centre, and its radius.
+    ///
+    /// # Panics
+    /// If there is no such place.
+    pub fn sphere(&self, place: usize) -> [f32; 4] {
+        let [x, y, z] = self.center.map(|row| row[place]);
+        [x, y, z, self.radius[place]]
     }
 }
 

@@ -1,9 +1,6 @@
 //! Lanes convert to and from the vectors of `wide` lane by lane.
 
-#[path = "common/levels.rs"]
-mod levels;
-
-use levels::at_every_level;
+use crate::levels::at_every_level;
 use mobula_simd::{AnyToken, F32Lanes, Token, wide};
 
 /// Bits that an operation on floats might not keep.

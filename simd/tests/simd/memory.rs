@@ -1,10 +1,7 @@
 //! Loads, stores and gathers at every level, against their definition in plain Rust: every length of slice, every place
 //! in it and beyond, and that nothing outside is touched.
 
-#[path = "common/levels.rs"]
-mod levels;
-
-use levels::at_every_level;
+use crate::levels::at_every_level;
 use mobula_simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
 
 /// Larger than two of the widest vectors and a tail.
@@ -14,7 +11,7 @@ const OLD: u32 = 0x7f80_0bad;
 
 /// The places to try in a slice: all of it, some beyond, and those where an address would overflow.
 fn places(length: usize) -> impl Iterator<Item = usize> {
-    let far = [usize::MAX, usize::MAX - 1, usize::MAX - 15, usize::MAX / 4, usize::MAX / 4 + 1, 1 << 32];
+    let far = [usize::MAX, usize::MAX - 1, usize::MAX - 15, usize::MAX / 4, usize::MAX / 4 + 1, (1u64 << 32) as usize];
     (0..length + 20).chain(far)
 }
 

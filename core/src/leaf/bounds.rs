@@ -1,5 +1,13 @@
 //! Axis-aligned bounds while building: four floats a corner, so that min and max are one instruction.
 
+use mobula_simd::{Sse2, Token};
+
+/// A vector of one point, whatever the level.
+pub(crate) type Four = <Sse2 as Token>::F32;
+
+/// What makes one.
+pub(crate) const FOUR: Sse2 = Sse2::new();
+
 /// Least and greatest corner. The fourth component is padding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(16))]

@@ -3,14 +3,14 @@
 use bytemuck::Zeroable;
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
+use super::Bounds;
 use super::block::{BLOCK, Block};
-use super::reference::FOUR;
-use super::{Bounds, Bvh, Join, Quality};
+use super::bounds::FOUR;
 use crate::kernel::edges::Edges;
-use crate::kernel::groups::Groups;
+use crate::kernel::group_shears::GroupShears;
+use crate::kernel::single::SingleRay;
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::rays::{AXES, last_axis};
-use crate::traverse::SingleRay;
 use crate::{NO_HIT, Rays};
 
 /// Four triangles by corner, axis, and place.
@@ -21,16 +21,13 @@ pub struct TriangleBlock {
     ids: [u32; BLOCK],
 }
 
-impl Bvh<TriangleBlock> {
-    /// Builds over triangles `0..count`, whose ids are `first_id..first_id + count`. Those with a corner that is not
-    /// finite or without area (two corners equal) are left out; [`primitives`](Bvh::primitives) says how many are in.
-    pub fn triangles(
-        count: usize,
-        first_id: u32,
-        join: &impl Join,
-        corners: impl Fn(usize) -> [[f32; 3]; 3] + Sync,
-    ) -> Self {
-        Self::build(count, first_id, Quality::Good, join, corners)
+impl TriangleBlock {
+    /// The corners of the triangle at a place.
+    ///
+    /// # Panics
+    /// If there is no such place.
+    pub fn corners(&self, place: usize) -> [[f32; 3]; 3] {
+        self.corners.map(|corner| corner.map(|row| row[place]))
     }
 }
 
@@ -109,17 +106,17 @@ impl Block for TriangleBlock {
         token: T,
         prepared: &[[[f32; BLOCK]; 3]; 3],
         axis: usize,
-        groups: &Groups,
+        shears: &GroupShears,
     ) -> [u32; BLOCK] {
         let axes = AXES[axis % 3];
-        let edges = match &groups.parallel {
-            None => Edges::new(prepared, [0.0; 3], axes, &groups.window),
-            Some(parallel) => Edges::parallel(prepared, parallel, axes, &groups.window),
+        let edges = match &shears.parallel {
+            None => Edges::new(prepared, [0.0; 3], axes, &shears.window),
+            Some(parallel) => Edges::parallel(prepared, parallel, axes, &shears.window),
         };
         let mut touched = [0; BLOCK];
         for (i, touched) in touched.iter_mut().enumerate() {
             if edges.may_be_hit(i) {
-                *touched = edges.groups::<T, N>(token, i, groups);
+                *touched = edges.groups::<T, N>(token, i, shears);
             }
         }
         touched

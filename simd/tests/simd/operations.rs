@@ -1,12 +1,7 @@
 //! Every operation, at every level, against its one-lane twin bit for bit; and the twins against plain Rust.
 
-#[path = "common/cases.rs"]
-mod cases;
-#[path = "common/levels.rs"]
-mod levels;
-
-use cases::{Agree, Agree::*, Input, N, check, inputs};
-use levels::at_every_level;
+use crate::cases::{Agree, Agree::*, Input, N, check, inputs};
+use crate::levels::at_every_level;
 use mobula_simd::{AnyToken, F32Lanes, I32Lanes, MaskLanes, Task, Token};
 
 /// An operation on lanes; what it gives is read as bits.

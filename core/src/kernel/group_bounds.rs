@@ -1,0 +1,169 @@
+//! Bounds of the rays of each group of a packet, taken once a packet: what [`super::frusta`] are made of.
+//!
+//! All directions of a group that is bounded have the same dominant axis and go the same way along it. An axis and a way make
+//! a class; groups of one class can travel together. Slopes are what the triangle test shears by, so nothing is divided.
+//!
+//! - NaN: passed over; a ray without an interval reaches nowhere.
+//! - Rays whose axes or ways differ, that start before their origin, or too far away: their group has no class and is [`MIXED`].
+
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
+
+use super::groups::{GROUPS, Row, group_size};
+use crate::{Column, Rays};
+
+/// The class of a group whose rays have nothing in common: they are traced as a stream.
+pub const MIXED: u8 = u8::MAX;
+/// Groups with origins beyond are not bounded: sums and products of such overflow.
+const FARTHEST: f32 = 1e30;
+
+/// Bounds of each group.
+#[derive(Clone, Copy, Debug)]
+pub struct GroupBounds {
+    class: [u8; GROUPS],
+    /// Least and greatest slopes, x then y, of each group.
+    pub slope: [[Row; 2]; 2],
+    /// The reciprocal of the direction along z that is least in size: it makes depths into the least distances.
+    pub inverse: Row,
+    /// Least and greatest origins.
+    pub origin: [[Row; 3]; 2],
+    /// The far end of each group's intervals.
+    pub t_max: Row,
+    /// The greatest coordinate of the tree and of the origins.
+    pub scale: f32,
+}
+
+impl GroupBounds {
+    /// Looks at all groups of a packet, whose shears are derived; `scale` is the greatest coordinate of the tree.
+    #[inline(always)]
+    pub fn new<T: Token, const N: usize, const COMMON_ORIGIN: bool>(token: T, rays: &Rays<N>, scale: f32) -> Self {
+        let zero = Column::splat(0.0);
+        let mut bounds = Self {
+            class: [MIXED; GROUPS],
+            slope: [[zero; 2]; 2],
+            inverse: zero,
+            origin: [[zero; 3]; 2],
+            t_max: Column::splat(f32::NEG_INFINITY),
+            scale,
+        };
+        let range = rays.range();
+        let size = group_size(N);
+        for group in range.start / size..range.end.div_ceil(size) {
+            if range.start <= group * size && (group + 1) * size <= range.end {
+                bounds.take::<T, N, COMMON_ORIGIN, false>(token, rays, group % GROUPS);
+            } else {
+                bounds.take::<T, N, COMMON_ORIGIN, true>(token, rays, group % GROUPS);
+            }
+        }
+        if COMMON_ORIGIN {
+            let (origin, _) = rays.ray(range.start);
+            for (axis, x) in origin.to_array().into_iter().enumerate() {
+                bounds.origin[0][axis] = Column::splat(x);
+                bounds.origin[1][axis] = Column::splat(x);
+                bounds.scale = max(x.abs(), bounds.scale);
+            }
+            if bounds.scale > FARTHEST {
+                bounds.class = [MIXED; GROUPS];
+            }
+        } else {
+            for group in range.start / size..range.end.div_ceil(size) {
+                for axis in 0..if bounds.class(group) == MIXED { 0 } else { 3 } {
+                    let (least, greatest) =
+                        (bounds.origin[0][axis][group % GROUPS], bounds.origin[1][axis][group % GROUPS]);
+                    bounds.scale = max(max(least.abs(), greatest.abs()), bounds.scale);
+                }
+            }
+        }
+        bounds
+    }
+
+    /// Groups of one class can travel together: twice the dominant axis, and one more if they go backward along it.
+    #[inline(always)]
+    pub fn class(&self, group: usize) -> u8 {
+        self.class[group % GROUPS]
+    }
+
+    /// The groups of a class, a bit each.
+    #[inline(always)]
+    pub fn of_class(&self, class: u8) -> u32 {
+        let mut groups = 0;
+        for (group, &of) in self.class.iter().enumerate() {
+            groups |= u32::from(of == class) << group;
+        }
+        groups
+    }
+
+    /// Bounds the rays of a group, some of which may be inactive if `MASKED`. Leaves out a common origin.
+    #[inline(always)]
+    fn take<T: Token, const N: usize, const COMMON_ORIGIN: bool, const MASKED: bool>(
+        &mut self,
+        token: T,
+        rays: &Rays<N>,
+        group: usize,
+    ) {
+        let size = group_size(N);
+        let (inf, minus_inf, zero) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY), token.splat(0.0));
+        // Inactive lanes become NaN, which min and max pass over.
+        let nan = token.splat(f32::NAN);
+        let (mut low, mut high) = ([inf; 3], [minus_inf; 3]);
+        let (mut low_origin, mut high_origin) = ([inf; 3], [minus_inf; 3]);
+        let mut far = minus_inf;
+        let axis = rays.axes()[rays.range().start.max(group * size)];
+        let (mut mixed, mut early) = (false, false);
+        let mut at = group * size;
+        while at < (group + 1) * size {
+            let active = rays.active(token, at);
+            let mut same = token.load_u32(&rays.axes()[..], at).eq(token.splat_i32(axis as i32));
+            let mut t_min = token.load(&rays.t_min()[..], at);
+            let mut t_max = token.load(&rays.t_max[..], at);
+            if MASKED {
+                t_min = t_min.select(active, nan);
+                t_max = t_max.select(active, nan);
+                same = same | !active;
+            }
+            far = t_max.max(far);
+            early |= t_min.lt(zero).any();
+            mixed |= !same.all();
+            for k in 0..3 {
+                let mut x = token.load(&rays.shear_columns()[k][..], at);
+                if MASKED {
+                    x = x.select(active, nan);
+                }
+                (low[k], high[k]) = (x.min(low[k]), x.max(high[k]));
+                if !COMMON_ORIGIN {
+                    let mut x = token.load(&rays.origins()[k][..], at);
+                    if MASKED {
+                        x = x.select(active, nan);
+                    }
+                    (low_origin[k], high_origin[k]) = (x.min(low_origin[k]), x.max(high_origin[k]));
+                }
+            }
+            at += T::LANES;
+        }
+        let (least, greatest) = (low[2].reduce_min(), high[2].reduce_max());
+        let backward = greatest < 0.0;
+        mixed |= early || (least < 0.0) != backward;
+        self.class[group] = if mixed { MIXED } else { axis as u8 * 2 + u8::from(backward) };
+        self.inverse[group] = if backward { greatest } else { least };
+        self.t_max[group] = far.reduce_max();
+        for k in 0..2 {
+            self.slope[0][k][group] = low[k].reduce_min();
+            self.slope[1][k][group] = high[k].reduce_max();
+        }
+        if !COMMON_ORIGIN {
+            for k in 0..3 {
+                let (low, high) = (low_origin[k].reduce_min(), high_origin[k].reduce_max());
+                (self.origin[0][k][group], self.origin[1][k][group]) = (low, high);
+                // One ray from nowhere must not blur the others' bounds.
+                if max(low.abs(), high.abs()) > FARTHEST {
+                    self.class[group] = MIXED;
+                }
+            }
+        }
+    }
+}
+
+/// `if x > y { x } else { y }`
+#[inline(always)]
+fn max(x: f32, y: f32) -> f32 {
+    if x > y { x } else { y }
+}

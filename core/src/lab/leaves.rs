@@ -1,0 +1,225 @@
+//! Kernels that test a leaf, by the three ways in which walks call it: see [`crate::leaf`].
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
+use mobula_simd::Token;
+
+use super::find::{ANY, CLOSEST, verify};
+use super::{Dice, Draft, Kernel, Outcome, Work};
+use crate::kernel::group_bounds::{GroupBounds, MIXED};
+use crate::kernel::groups::group_size;
+use crate::kernel::single::{OneRay, SingleRay};
+use crate::leaf::{BLOCK, Block, Leaf};
+use crate::oracle::{self, Truth};
+use crate::sink::{AnyHit, Sink};
+use crate::{Properties, Rays};
+
+/// A block of primitives as the lab knows it.
+pub trait LabBlock: Block + Debug {
+    /// Relative to the distances involved, how far from a boundary hit and miss may be confused, and distances be off.
+    const GUARD: f64;
+
+    /// Draws a primitive.
+    fn draw(dice: &mut Dice<'_>) -> Self::Primitive;
+
+    /// A point of interest to aim a ray at.
+    fn aim(dice: &mut Dice<'_>, primitive: &Self::Primitive) -> [f32; 3];
+
+    /// The primitive at a place, as it was given.
+    fn primitive(&self, place: usize) -> Self::Primitive;
+
+    /// What is true, and how far the distance moves when the surface moves by as much as it is away: the size of the
+    /// scene over the cosine. `None` where the oracle cannot tell.
+    fn truth(primitive: &Self::Primitive, ray: &oracle::Ray) -> Option<(Truth, f64)>;
+}
+
+/// Rays that travel together, in groups: [`Leaf::packet`].
+pub const PACKET: u8 = 0;
+/// The same from one origin.
+pub const COMMON_ORIGIN: u8 = 1;
+/// The same in one direction.
+pub const PARALLEL: u8 = 2;
+/// Rays that have nothing in common, 64 at a time: [`Leaf::stream`].
+pub const STREAM: u8 = 3;
+/// Ray by ray: [`Leaf::single`].
+pub const SINGLE: u8 = 4;
+
+/// The kernel that tests one leaf of all primitives, looking for the closest hit or any.
+#[derive(Debug)]
+pub struct Leaves<B, const PATH: u8, const HIT: bool = CLOSEST, const UNIT: bool = false>(PhantomData<B>);
+
+impl<B: LabBlock, const PATH: u8, const HIT: bool, const UNIT: bool> Kernel for Leaves<B, PATH, HIT, UNIT> {
+    type Primitive = B;
+    type General = Leaves<B, STREAM, CLOSEST, UNIT>;
+    const PROMISES: Properties = match (PATH, UNIT) {
+        (COMMON_ORIGIN, true) => Properties::COMMON_ORIGIN.union(Properties::NORMALIZED_DIRECTIONS),
+        (COMMON_ORIGIN, false) => Properties::COMMON_ORIGIN,
+        (_, true) => Properties::NORMALIZED_DIRECTIONS,
+        (_, false) => Properties::empty(),
+    };
+    const PARALLEL: bool = PATH == PARALLEL;
+    const PRIMITIVES: usize = 64 / BLOCK;
+
+    fn tests(rays: usize, primitives: usize) -> usize {
+        rays * primitives * BLOCK
+    }
+
+    fn draw(dice: &mut Dice<'_>) -> B {
+        let mut block = B::EMPTY;
+        for place in 0..BLOCK {
+            block.set(place, 0, &B::draw(dice));
+        }
+        block
+    }
+
+    fn number(blocks: &mut [B]) {
+        for (at, block) in blocks.iter_mut().enumerate() {
+            for place in 0..BLOCK {
+                block.set(place, (at * BLOCK + place) as u32, &block.primitive(place));
+            }
+        }
+    }
+
+    fn aim(dice: &mut Dice<'_>, block: &B) -> [f32; 3] {
+        let primitive = block.primitive(dice.below(BLOCK));
+        B::aim(dice, &primitive)
+    }
+
+    #[inline(always)]
+    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<B, N>) {
+        work.rays.shears(token);
+        work.rays.inverse_directions(token);
+        work.scale = work.primitives.iter().fold(0.0, |scale, block| block.whole().scale().max(scale));
+        work.frusta = match PATH {
+            COMMON_ORIGIN => work.frusta::<T, true>(token),
+            PACKET | PARALLEL => work.frusta::<T, false>(token),
+            _ => None,
+        };
+    }
+
+    #[inline(always)]
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<B, N>) {
+        let Work { rays, primitives, hits, frusta, .. } = work;
+        if HIT == ANY {
+            test::<T, N, B, _, PATH>(token, primitives, rays, &mut AnyHit::opaque(), frusta);
+        } else {
+            test::<T, N, B, _, PATH>(token, primitives, rays, hits, frusta);
+        }
+    }
+
+    fn verify(draft: &Draft<B>, outcome: &Outcome) -> Result<(), String> {
+        verify(draft, outcome, HIT == ANY, B::GUARD, |ray| {
+            let of = |block: &B| [0, 1, 2, 3].map(|place| B::truth(&block.primitive(place), ray));
+            draft.primitives.iter().flat_map(of).collect()
+        })
+    }
+
+    fn agrees(draft: &Draft<B>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+        if HIT == CLOSEST {
+            return outcome.answers_equal(general);
+        }
+        for i in draft.range.clone() {
+            // Rays that reach nowhere look as if they had hit.
+            let was_hit = outcome.t_max(i) == f32::NEG_INFINITY && draft.rays[i].t_max != f32::NEG_INFINITY;
+            if was_hit != (general.found(i) != crate::NO_HIT) {
+                return Err(alloc::format!("ray {i}: any hit {was_hit}, nearest {:#x}", general.found(i)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// All blocks as one leaf.
+#[inline(always)]
+fn test<T: Token, const N: usize, B: Block, S: Sink<N>, const PATH: u8>(
+    token: T,
+    blocks: &Vec<B>,
+    rays: &mut Rays<N>,
+    sink: &mut S,
+    frusta: &Option<(crate::kernel::frusta::Frusta, u32)>,
+) {
+    let leaf = 0..blocks.len();
+    let mut travelling = 0;
+    if let Some((frusta, groups)) = frusta {
+        travelling = *groups;
+        if PATH == COMMON_ORIGIN {
+            blocks.packet::<T, N, true, S>(token, leaf.clone(), frusta, rays, sink, *groups);
+        } else {
+            blocks.packet::<T, N, false, S>(token, leaf.clone(), frusta, rays, sink, *groups);
+        }
+    }
+    // The others, which no frustum is around: in the case that is timed there are none.
+    let range = rays.range();
+    let mut from = range.start / 64 * 64;
+    while from < range.end {
+        let mut others = 0u64;
+        for i in range.start.max(from)..range.end.min(from + 64) {
+            others |= u64::from(travelling >> (i / group_size(N)) & 1 == 0) << (i - from);
+        }
+        if PATH == SINGLE {
+            let token = token.narrow();
+            while others != 0 {
+                let i = from + others.trailing_zeros() as usize;
+                others &= others - 1;
+                let mut hit = sink.single(rays, i);
+                let mut ray = SingleRay::new(token, &OneRay::of(rays, i, [[f32::NAN; 3]; 2]));
+                if S::ANY {
+                    blocks.single::<_, true>(token, leaf.clone(), &mut ray, &mut hit);
+                } else {
+                    blocks.single::<_, false>(token, leaf.clone(), &mut ray, &mut hit);
+                }
+                let found = hit.found;
+                sink.set(rays, i, found);
+            }
+        } else if others != 0 && N <= 16 {
+            stream::<T, N, 16, B, S>(token, blocks, rays, sink, from, others);
+        } else if others != 0 {
+            stream::<T, N, 64, B, S>(token, blocks, rays, sink, from, others);
+        }
+        from += 64;
+    }
+}
+
+#[inline(always)]
+fn stream<T: Token, const N: usize, const W: usize, B: Block, S: Sink<N>>(
+    token: T,
+    blocks: &Vec<B>,
+    rays: &mut Rays<N>,
+    sink: &mut S,
+    from: usize,
+    mut active: u64,
+) {
+    let mut copies = rays.section::<W>(from);
+    let mut section = sink.section::<W>(from);
+    blocks.stream(token, 0..blocks.len(), &mut copies, &mut section, active);
+    let mut ids = [0; W];
+    for (i, id) in ids.iter_mut().enumerate() {
+        *id = section.id(i);
+    }
+    drop(section);
+    while active != 0 {
+        let i = active.trailing_zeros() as usize % W;
+        active &= active - 1;
+        sink.merge(rays, from + i, copies.t_max[i], ids[i]);
+    }
+}
+
+impl<P, const N: usize> Work<P, N> {
+    /// The frusta around the first class of groups, if any have one.
+    #[inline(always)]
+    pub(super) fn frusta<T: Token, const CO: bool>(&self, token: T) -> Option<(crate::kernel::frusta::Frusta, u32)> {
+        use crate::kernel::frusta::Frusta;
+        let range = self.rays.range();
+        if range.is_empty() {
+            return None;
+        }
+        let bounds = GroupBounds::new::<T, N, CO>(token, &self.rays, self.scale);
+        let size = group_size(N);
+        let class = (range.start / size..range.end.div_ceil(size)).map(|group| bounds.class(group));
+        let class = class.into_iter().find(|&class| class != MIXED)?;
+        Some((Frusta::new::<T, N, CO>(token, &bounds, &self.rays, class), bounds.of_class(class)))
+    }
+}

@@ -1,0 +1,199 @@
+//! Blocks of four primitives of one kind, and how rays meet a leaf of them.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use bytemuck::Zeroable;
+use mobula_simd::{F32Lanes, MaskLanes, Token, prefetch};
+
+use super::{Bounds, Leaf};
+use crate::kernel::frusta::Frusta;
+use crate::kernel::group_shears::GroupShears;
+use crate::kernel::groups::{GROUPS, group_size};
+use crate::kernel::single::SingleRay;
+use crate::sink::{SingleHit, Sink};
+use crate::{NO_HIT, Rays};
+
+/// Primitives in a block.
+pub const BLOCK: usize = 4;
+
+/// Four primitives of one kind as a structure of arrays. Unused places have the id [`NO_HIT`] and come last. Zeros are what a
+/// builder's memory starts as.
+pub trait Block: Copy + Send + Sync + Zeroable + 'static {
+    /// One primitive, as it is given.
+    type Primitive: Copy;
+    /// Four unused places.
+    const EMPTY: Self;
+    /// What no ray hits.
+    const NOWHERE: Self::Primitive;
+    /// Four primitives with all that is the same for every ray of a packet worked out.
+    type Prepared: Copy;
+
+    /// The bounds of a primitive; `None` if it is not finite or degenerate, and so left out.
+    fn bounds(primitive: &Self::Primitive) -> Option<Bounds>;
+
+    /// Puts a primitive at a place.
+    fn set(&mut self, place: usize, id: u32, primitive: &Self::Primitive);
+
+    /// The bounds of all its primitives; unused places have none.
+    fn whole(&self) -> Bounds;
+
+    /// The primitives' ids.
+    fn ids(&self) -> &[u32; BLOCK];
+
+    /// Prepares the block for a packet: with a `COMMON_ORIGIN` relative to it.
+    fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared;
+
+    /// By which groups each primitive may be hit, for rays with a common origin or direction and the dominant axis `axis`, a bit a
+    /// group. Never leaves out a hit; unused places do not matter.
+    #[inline(always)]
+    fn touched<T: Token, const N: usize>(
+        _token: T,
+        _prepared: &Self::Prepared,
+        _axis: usize,
+        _shears: &GroupShears,
+    ) -> [u32; BLOCK] {
+        [u32::MAX; BLOCK]
+    }
+
+    /// Tests primitive `i` of a prepared block against the rays from `at` in the lanes `among`: which hit within their intervals,
+    /// and where. All directions have the dominant axis `axis`, unless the rays have their `OWN_AXES`.
+    #[expect(clippy::too_many_arguments, reason = "a primitive, rays, and what is known of them")]
+    fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
+        token: T,
+        prepared: &Self::Prepared,
+        i: usize,
+        axis: usize,
+        rays: &Rays<N>,
+        at: usize,
+        among: T::Mask,
+    ) -> (T::Mask, T::F32);
+
+    /// Tests all four against one ray: lane i is primitive i. With one lane, `i` is which; otherwise it is 0.
+    fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32);
+}
+
+impl<B: Block> Leaf for Vec<B> {
+    #[inline(always)]
+    fn packet<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
+        &self,
+        token: T,
+        leaf: Range<usize>,
+        frusta: &Frusta,
+        rays: &mut Rays<N>,
+        sink: &mut S,
+        groups: u32,
+    ) -> u32 {
+        let size = group_size(N);
+        let axis = frusta.axis();
+        let Some(blocks) = self.get(leaf) else { return 0 };
+        let all = token.mask(u32::MAX);
+        let mut changed = 0;
+        for block in blocks {
+            let prepared = block.prepare::<N, COMMON_ORIGIN>(rays);
+            // A group that is one vector is tested in less time than bounded.
+            let touched = match frusta.shears() {
+                Some(shears) if size > T::LANES || !groups.is_power_of_two() => {
+                    B::touched::<T, N>(token, &prepared, axis, shears)
+                }
+                _ => [u32::MAX; BLOCK],
+            };
+            for i in 0..BLOCK {
+                let id = block.ids()[i];
+                let mut groups = touched[i] & groups;
+                if id == NO_HIT {
+                    break;
+                }
+                while groups != 0 {
+                    let group = groups.trailing_zeros() as usize % GROUPS;
+                    groups &= groups - 1;
+                    let mut at = group * size;
+                    while at < (group + 1) * size {
+                        let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, rays, at, all);
+                        // In a wide vector a hit is as likely as none: a branch would be guessed wrong.
+                        if T::LANES >= 8 || hit.any() {
+                            changed |= u32::from(sink.record(token, rays, at, hit, t, id)) << group;
+                        }
+                        at += T::LANES;
+                    }
+                }
+            }
+        }
+        changed
+    }
+
+    #[inline(always)]
+    fn stream<T: Token, const W: usize, S: Sink<W>>(
+        &self,
+        token: T,
+        leaf: Range<usize>,
+        rays: &mut Rays<W>,
+        sink: &mut S,
+        active: u64,
+    ) {
+        let Some(blocks) = self.get(leaf) else { return };
+        for block in blocks {
+            let prepared = block.prepare::<W, false>(rays);
+            for i in 0..BLOCK {
+                let id = block.ids()[i];
+                if id == NO_HIT {
+                    break;
+                }
+                let mut at = 0;
+                while at < W {
+                    let among = (active >> at) as u32 & (u32::MAX >> (32 - T::LANES));
+                    if among != 0 {
+                        let among = token.mask(among);
+                        let (hit, t) = B::test::<T, W, false, true>(token, &prepared, i, 0, rays, at, among);
+                        if hit.any() {
+                            sink.record(token, rays, at, hit, t, id);
+                        }
+                    }
+                    at += T::LANES;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn single<T: Token, const ANY: bool>(
+        &self,
+        token: T,
+        leaf: Range<usize>,
+        ray: &mut SingleRay<T>,
+        hit: &mut SingleHit<'_>,
+    ) {
+        let Some(blocks) = self.get(leaf) else { return };
+        for block in blocks {
+            let mut first = 0;
+            while first < BLOCK {
+                let (hits, t) = block.test_single(token, ray, first);
+                let mut hits = hits.bits();
+                if hits != 0 {
+                    let mut distance = [0.0; 16];
+                    t.store(&mut distance, 0);
+                    while hits != 0 {
+                        let lane = hits.trailing_zeros() as usize % 16;
+                        hits &= hits - 1;
+                        let (t, id) = (distance[lane], block.ids()[(first + lane) % BLOCK]);
+                        if ANY {
+                            if hit.any(t, id) {
+                                return;
+                            }
+                        } else if hit.closest(t, id) {
+                            ray.t_max = token.splat(t);
+                        }
+                    }
+                }
+                first += T::LANES;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, leaf: Range<usize>) {
+        if let Some(block) = self.get(leaf.start) {
+            prefetch(block);
+        }
+    }
+}

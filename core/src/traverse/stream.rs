@@ -1,0 +1,173 @@
+//! A stream of rays through the tree: as long as several rays meet the same boxes they go together, then each goes alone.
+//!
+//! Benthin et al., "Combining Single and Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC
+//! Architecture", TVCG 2012.
+
+use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
+
+use super::Roots;
+use super::single::Single;
+use super::stack::{Entry, Met};
+use crate::bvh::{Node, STACK, WideBvh};
+use crate::kernel::single::OneRay;
+use crate::kernel::stream::Stream;
+use crate::leaf::Leaf;
+use crate::sink::Sink;
+use crate::{Column, Rays};
+
+/// So few rays go on alone: three that look for any hit where a vector has 16 lanes, more where it takes more vectors to test as
+/// many together; those that look for the nearest hit a little earlier, as they want an order of their own.
+const fn few(lanes: usize, any: bool) -> u32 {
+    (if any { 48 } else { 96 }) / lanes as u32
+}
+
+/// Those of a mask in the vector from `at`.
+#[inline(always)]
+fn part<T: Token>(rays: u64, at: usize) -> u32 {
+    (rays >> at) as u32 & (u32::MAX >> (32 - T::LANES))
+}
+
+/// Traces `W` rays, 64 at most, that were copied out of a packet: a task, so that all packet widths share one copy of it.
+pub(super) struct TraceStream<'a, const W: usize, L, S> {
+    pub(super) bvh: &'a WideBvh<L>,
+    pub(super) rays: &'a mut Rays<W>,
+    pub(super) sink: &'a mut S,
+    pub(super) active: u64,
+    pub(super) roots: Roots,
+    pub(super) stack: &'a mut [Entry; STACK],
+}
+
+impl<const W: usize, L: Leaf, S: Sink<W>> Task for TraceStream<'_, W, L, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { bvh, rays, sink, active, roots, stack } = self;
+        let stream = Stream::new(token, rays, bvh.scale);
+        Walk { bvh, rays, sink, stream }.down(token, active, roots, stack);
+    }
+}
+
+struct Walk<'a, const W: usize, L, S> {
+    bvh: &'a WideBvh<L>,
+    rays: &'a mut Rays<W>,
+    sink: &'a mut S,
+    stream: Stream<W>,
+}
+
+impl<const W: usize, L: Leaf, S: Sink<W>> Walk<'_, W, L, S> {
+    /// Walks the rays of a mask down from the roots.
+    #[inline(always)]
+    fn down<T: Token>(&mut self, token: T, rays: u64, roots: Roots, stack: &mut [Entry; STACK]) {
+        let mut nears = [Column::splat(0.0); 8];
+        for root in roots {
+            stack[0] = Entry { child: root, near: f32::NEG_INFINITY, rays };
+            let mut top = 1;
+            while top > 0 {
+                top -= 1;
+                let mut entry = stack[top];
+                entry.rays &= self.reaching(token, entry.near);
+                while !entry.child.is_leaf() && entry.rays.count_ones() > few(T::LANES, S::ANY) {
+                    let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
+                    entry = self.nearest(token, node, entry.rays, &mut nears, stack, &mut top);
+                }
+                if entry.rays.count_ones() > few(T::LANES, S::ANY) {
+                    self.bvh.leaves.stream(token, entry.child.leaf_range(), self.rays, self.sink, entry.rays);
+                } else {
+                    self.go_alone(token, entry, stack, top);
+                }
+            }
+        }
+    }
+
+    /// Which rays may still hit something from `near` on.
+    #[inline(always)]
+    fn reaching<T: Token>(&self, token: T, near: f32) -> u64 {
+        let mut reaching = 0;
+        let mut at = 0;
+        while at < W {
+            let t_max = token.load(&self.rays.t_max[..], at);
+            reaching |= u64::from(token.splat(near).le(t_max).bits()) << at;
+            at += T::LANES;
+        }
+        reaching
+    }
+
+    /// The nearest child that any of the rays meets ([`Child::EMPTY`](crate::bvh::Child::EMPTY) and no rays if none); pushes the
+    /// others, the nearer ones last.
+    #[inline(always)]
+    fn nearest<T: Token>(
+        &self,
+        token: T,
+        node: &Node,
+        rays: u64,
+        nears: &mut [Column<f32, W>; 8],
+        stack: &mut [Entry; STACK],
+        top: &mut usize,
+    ) -> Entry {
+        // All tests first, then what follows from them: one branch that is hard to predict in place of one a child.
+        let mut close = self.stream.boxes(token, &node.planes);
+        let mut meeting = [0u64; 8];
+        let mut met = 0u32;
+        while close != 0 {
+            let slot = close.trailing_zeros() as usize % 8;
+            close &= close - 1;
+            let (mut these, mut at) = (0, 0);
+            while at < W {
+                if part::<T>(rays, at) != 0 {
+                    let (hit, near) = self.stream.rays(token, self.rays, &node.planes, slot, at);
+                    these |= u64::from(hit.bits()) << at;
+                    if !S::ANY {
+                        near.store(&mut nears[slot][..], at);
+                    }
+                }
+                at += T::LANES;
+            }
+            meeting[slot] = these & rays;
+            met |= u32::from(meeting[slot] != 0) << slot;
+        }
+        let mut children = Met::new(stack, *top);
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize % 8;
+            met &= met - 1;
+            let child = node.child[slot];
+            self.bvh.prefetch(child);
+            // The order of any hits is the node's.
+            let near = if S::ANY { f32::NEG_INFINITY } else { Self::first(token, &nears[slot], meeting[slot]) };
+            children.add(Entry { child, near, rays: meeting[slot] }, !S::ANY);
+        }
+        *top = children.top;
+        children.nearest
+    }
+
+    /// Where the first of the rays gets to a child.
+    #[inline(always)]
+    fn first<T: Token>(token: T, nears: &Column<f32, W>, rays: u64) -> f32 {
+        let inf = token.splat(f32::INFINITY);
+        let mut first = inf;
+        let mut at = 0;
+        while at < W {
+            first = token.load(&nears[..], at).select(token.mask(part::<T>(rays, at)), inf).min(first);
+            at += T::LANES;
+        }
+        first.reduce_min()
+    }
+
+    /// Traces the few rays of an entry one by one.
+    #[inline(always)]
+    fn go_alone<T: Token>(&mut self, token: T, entry: Entry, stack: &mut [Entry; STACK], top: usize) {
+        let mut rays = entry.rays;
+        while rays != 0 {
+            let i = rays.trailing_zeros() as usize % W;
+            rays &= rays - 1;
+            let ray = OneRay::of(self.rays, i, self.stream.padded_origin(i));
+            let (bvh, child, hit) = (self.bvh, entry.child, self.sink.single(self.rays, i));
+            let found = if S::ANY {
+                token.run(Single::<_, true> { bvh, ray, hit, child, stack, base: top })
+            } else {
+                token.run(Single::<_, false> { bvh, ray, hit, child, stack, base: top })
+            };
+            self.sink.set(self.rays, i, found);
+        }
+    }
+}
