@@ -1,17 +1,16 @@
 //! The rows of `mobula kernels` with criterion's statistics and baselines:
 //! `cargo bench -p mobula-benches --bench kernels -- --save-baseline main 'triangle/.*/avx2'`.
-//! Each case is checked before it is timed. Without a filter all widths but 16, 64 and 256 are left out.
+//! Each case is checked before it is timed.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use mobula_core::lab::{Dice, KERNELS, WIDTHS};
 use mobula_core::simd::AnyToken;
 
 fn kernels(criterion: &mut Criterion) {
-    let filtered = std::env::args().skip(1).any(|arg| !arg.starts_with('-'));
     for kernel in KERNELS {
         let mut group = criterion.benchmark_group(format!("{}/{}", kernel.kernel, kernel.case));
         for token in AnyToken::available() {
-            for width in WIDTHS.into_iter().filter(|width| filtered || [16, 64, 256].contains(width)) {
+            for &width in WIDTHS {
                 kernel.check(token, width, &mut Dice::from_seed(1)).unwrap_or_else(|wrong| panic!("{wrong}"));
                 let mut pass = kernel.prepare(token, width);
                 group.throughput(Throughput::Elements(pass(1) as u64));

@@ -1,10 +1,10 @@
 //! A primitive that the workspace does not know, with a special case, registered from outside: its differential check and
 //! its rows of the matrix. `cargo run --release -p mobula-core --features lab --example disk`
 
-use mobula_core::kernel::{dot, load3, splat3, sub};
 use mobula_core::lab::{Dice, Find, Plan, RayTest, WIDTHS};
 use mobula_core::oracle::{self, Truth};
 use mobula_core::simd::{AnyToken, F32Lanes, Token};
+use mobula_core::vector::{dot, load3, splat3, sub};
 use mobula_core::{Properties, Rays};
 
 /// A disk that faces along z.
@@ -66,7 +66,7 @@ impl<const COMMON_ORIGIN: bool> RayTest for Disk<COMMON_ORIGIN> {
         (dot(off, off).lt(radius2) & t.gt(t_min) & t.le(t_max), t)
     }
 
-    fn truth(disk: &Facing, _i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(disk: &Facing, _i: usize, ray: &oracle::ExactRay) -> Option<(Truth, f64)> {
         let [x, y, z] = [0, 1, 2].map(|k| f64::from(disk.center[k]) - ray.origin[k]);
         let [dx, dy, dz] = ray.direction;
         let t = z / dz;
@@ -91,7 +91,7 @@ mobula_core::kernels! {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for kernel in MINE {
         for token in AnyToken::available() {
-            for width in WIDTHS {
+            for &width in WIDTHS {
                 for seed in 0..50 {
                     kernel.check(token, width, &mut Dice::from_seed(seed))?;
                 }

@@ -37,6 +37,21 @@
 //! }
 //! ```
 //!
+//! Who has rays one by one uses [`query`], which makes packets of them:
+//!
+//! ```
+//! use mobula_core::query::{Hit, Mesh, Ray};
+//!
+//! let positions = [[-10.0, 0.0, -10.0], [10.0, 0.0, -10.0], [10.0, 0.0, 10.0], [-10.0, 0.0, 10.0]];
+//! let scene = Mesh::new(&positions, &[[0, 1, 2], [0, 2, 3]]).build()?;
+//! let rays: Vec<Ray> = (0..100).map(|i| Ray::new([0.0, 10.0, 0.0], [0.1 * i as f32, -5.0, 0.0])).collect();
+//! let mut hits = vec![Hit::NONE; rays.len()];
+//! scene.intersect(&rays, &mut hits);
+//! assert_eq!((hits[7].t, hits[7].geometry, hits[7].normal), (2.0, 0, [0.0, -1.0, 0.0]));
+//! assert_eq!(scene.occluded_one(&rays[99]), hits[99].is_hit());
+//! # Ok::<(), mobula_core::query::BuildError>(())
+//! ```
+//!
 //! A packet's width is any number from 1 to 1024, fixed when the program is compiled:
 //!
 //! ```compile_fail,E0080
@@ -52,12 +67,17 @@
 //!
 //! | module | idea |
 //! |---|---|
+//! | `lab` | the kernel lab: registry, proof, measurement (feature `lab`) |
+//! | [`query`] | meshes in, rays in, hits out: no packet to be seen |
 //! | [`oracle`] | what is true: naive `f64` tests with a margin, which tests hold everything else against |
-//! | [`traverse`] | how packets and single rays find their primitives; why nothing is lost to rounding |
-//! | [`bvh`] | the tree of eight children a node, its builder, and the blocks of triangles or spheres in its leaves |
+//! | [`traverse`] | how packets, streams and single rays find what they hit |
+//! | [`bvh`] | the tree of eight children a node, and its builders |
+//! | [`leaf`] | what is in a leaf: blocks of triangles or spheres, and your own kind |
+//! | [`sink`] | what becomes of hits: the nearest, any, or a part of the light |
+//! | [`kernel`] | the tests that walks make: node against packet, stream and ray; triangle, sphere, box |
 //! | [`packet`], [`any_hit`] | rays with their hits; rays of which only is asked whether they hit |
 //! | [`rays`] | origins, directions, intervals, and what is derived from them alone |
-//! | [`kernel`] | ray against triangle, sphere and box, once, generic over lanes |
+//! | [`vector`] | three lanes: x, y, z |
 //! | [`properties`] | what may be known of all rays of a packet, who says so, who relies on it, what ends it |
 //! | [`column`](mod@column) | one value of every ray, aligned for any vector |
 //! | [`simd`] | the crate below: lanes, levels, tokens |
@@ -69,15 +89,18 @@ pub mod any_hit;
 pub mod bvh;
 pub mod column;
 pub mod kernel;
-#[cfg(feature = "lab")]
+// Unit tests do without it: it would be compiled for them a second time.
+#[cfg(all(feature = "lab", not(test)))]
 pub mod lab;
 pub mod leaf;
 pub mod oracle;
 pub mod packet;
 pub mod properties;
+pub mod query;
 pub mod rays;
 pub mod sink;
 pub mod traverse;
+pub mod vector;
 
 pub use any_hit::AnyHitPacket;
 pub use bvh::Bvh;

@@ -14,7 +14,7 @@ pub type Vector = [f64; 3];
 
 /// A ray with the interval `(t_min, t_max]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
+pub struct ExactRay {
     /// Where it starts.
     pub origin: Vector,
     /// Where it goes; of any length.
@@ -25,13 +25,13 @@ pub struct Ray {
     pub t_max: f64,
 }
 
-impl Ray {
+impl ExactRay {
     /// The ray from `origin` along `direction`, with the interval `(0, inf]`.
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         Self { origin: origin.map(f64::from), direction: direction.map(f64::from), t_min: 0.0, t_max: f64::INFINITY }
     }
 
-    /// Ray `i` of a packet.
+    /// ExactRay `i` of a packet.
     pub fn of<const N: usize>(rays: &Rays<N>, i: usize) -> Self {
         let (origin, direction) = rays.ray(i);
         let (t_min, t_max) = (f64::from(rays.t_min()[i]), f64::from(rays.t_max[i]));
@@ -67,8 +67,8 @@ impl Truth {
     const NOTHING: Self = Self { t: None, margin: f64::INFINITY };
 }
 
-/// Ray and triangle, both sides: the point where the ray meets the plane must be to one side of all three edges.
-pub fn triangle(ray: &Ray, corners: [[f32; 3]; 3]) -> Truth {
+/// ExactRay and triangle, both sides: the point where the ray meets the plane must be to one side of all three edges.
+pub fn triangle(ray: &ExactRay, corners: [[f32; 3]; 3]) -> Truth {
     let [a, b, c] = corners.map(|corner| sub(corner.map(f64::from), ray.origin));
     if !ray.is_usable() || ![a, b, c].into_iter().all(is_finite) {
         return Truth::NOTHING;
@@ -92,8 +92,8 @@ pub fn triangle(ray: &Ray, corners: [[f32; 3]; 3]) -> Truth {
     Truth { t: ray.contains(t).then_some(t), margin: margin / size }
 }
 
-/// Ray and sphere `[x, y, z, radius]`: the nearer of two roots in the interval, so a ray from inside hits the far side.
-pub fn sphere(ray: &Ray, sphere: [f32; 4]) -> Truth {
+/// ExactRay and sphere `[x, y, z, radius]`: the nearer of two roots in the interval, so a ray from inside hits the far side.
+pub fn sphere(ray: &ExactRay, sphere: [f32; 4]) -> Truth {
     let [x, y, z, radius] = sphere.map(f64::from);
     let center = sub([x, y, z], ray.origin);
     if !ray.is_usable() || !is_finite(center) || !radius.is_finite() || radius <= 0.0 {
@@ -115,9 +115,9 @@ pub fn sphere(ray: &Ray, sphere: [f32; 4]) -> Truth {
     Truth { t, margin: margin / size }
 }
 
-/// Ray and axis-aligned box, closed: where the ray enters it, `t_min` if it starts inside. The interval is closed here,
+/// ExactRay and axis-aligned box, closed: where the ray enters it, `t_min` if it starts inside. The interval is closed here,
 /// at both ends.
-pub fn aabb(ray: &Ray, low: [f32; 3], high: [f32; 3]) -> Truth {
+pub fn aabb(ray: &ExactRay, low: [f32; 3], high: [f32; 3]) -> Truth {
     let [low, high] = [low, high].map(|corner| sub(corner.map(f64::from), ray.origin));
     if !ray.is_usable() || !is_finite(low) || !is_finite(high) {
         return Truth::NOTHING;
@@ -214,53 +214,53 @@ mod tests {
 
     #[test]
     fn a_triangle_is_hit_from_both_sides_at_the_plane_by_the_distance_to_its_outline() {
-        let front = triangle(&Ray::new([1.0, 1.0, 0.0], [0.0, 0.0, 0.5]), FACE);
+        let front = triangle(&ExactRay::new([1.0, 1.0, 0.0], [0.0, 0.0, 0.5]), FACE);
         assert_eq!(front.t, Some(4.0));
         assert!((front.margin * 14f64.sqrt() - 1.0).abs() < 1e-12, "1 from two edges, {front:?}");
-        assert_eq!(triangle(&Ray::new([1.0, 1.0, 5.0], [0.0, 0.0, -1.0]), FACE).t, Some(3.0));
-        let miss = triangle(&Ray::new([-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]), FACE);
+        assert_eq!(triangle(&ExactRay::new([1.0, 1.0, 5.0], [0.0, 0.0, -1.0]), FACE).t, Some(3.0));
+        let miss = triangle(&ExactRay::new([-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]), FACE);
         assert_eq!(miss.t, None);
         assert!((miss.margin * 30f64.sqrt() - 1.0).abs() < 1e-12, "{miss:?}");
     }
 
     #[test]
     fn an_interval_ends_at_its_far_end_and_begins_after_its_near_end() {
-        let ray = Ray::new([1.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
-        assert_eq!(triangle(&Ray { t_max: 2.0, ..ray }, FACE).t, Some(2.0));
-        assert_eq!(triangle(&Ray { t_min: 2.0, ..ray }, FACE).t, None);
-        assert_eq!(triangle(&Ray { t_max: 2.0, ..ray }, FACE).margin, 0.0);
-        assert_eq!(triangle(&Ray { t_max: 1.0, ..ray }, FACE).t, None);
+        let ray = ExactRay::new([1.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        assert_eq!(triangle(&ExactRay { t_max: 2.0, ..ray }, FACE).t, Some(2.0));
+        assert_eq!(triangle(&ExactRay { t_min: 2.0, ..ray }, FACE).t, None);
+        assert_eq!(triangle(&ExactRay { t_max: 2.0, ..ray }, FACE).margin, 0.0);
+        assert_eq!(triangle(&ExactRay { t_max: 1.0, ..ray }, FACE).t, None);
     }
 
     #[test]
     fn what_is_not_a_ray_or_a_primitive_is_missed() {
-        let ray = Ray::new([1.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
-        assert_eq!(triangle(&Ray { direction: [0.0; 3], ..ray }, FACE), Truth::NOTHING);
-        assert_eq!(triangle(&Ray { origin: [f64::NAN; 3], ..ray }, FACE), Truth::NOTHING);
+        let ray = ExactRay::new([1.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        assert_eq!(triangle(&ExactRay { direction: [0.0; 3], ..ray }, FACE), Truth::NOTHING);
+        assert_eq!(triangle(&ExactRay { origin: [f64::NAN; 3], ..ray }, FACE), Truth::NOTHING);
         assert_eq!(triangle(&ray, [FACE[0], FACE[0], FACE[2]]).t, None);
         assert_eq!(sphere(&ray, [1.0, 1.0, 3.0, 0.0]), Truth::NOTHING);
         assert_eq!(sphere(&ray, [1.0, 1.0, f32::NAN, 1.0]), Truth::NOTHING);
-        assert_eq!(aabb(&Ray { direction: [f64::INFINITY; 3], ..ray }, [0.0; 3], [1.0; 3]), Truth::NOTHING);
+        assert_eq!(aabb(&ExactRay { direction: [f64::INFINITY; 3], ..ray }, [0.0; 3], [1.0; 3]), Truth::NOTHING);
     }
 
     #[test]
     fn a_sphere_is_hit_in_front_from_outside_and_behind_from_inside() {
-        let ray = Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 2.0]);
+        let ray = ExactRay::new([0.0, 0.0, -3.0], [0.0, 0.0, 2.0]);
         assert_eq!(sphere(&ray, [0.0, 0.0, 0.0, 1.0]), Truth { t: Some(1.0), margin: 0.25 });
-        assert_eq!(sphere(&Ray { t_min: 1.5, ..ray }, [0.0, 0.0, 0.0, 1.0]).t, Some(2.0));
+        assert_eq!(sphere(&ExactRay { t_min: 1.5, ..ray }, [0.0, 0.0, 0.0, 1.0]).t, Some(2.0));
         assert_eq!(sphere(&ray, [0.0, 2.0, 0.0, 1.0]).t, None);
     }
 
     #[test]
     fn a_box_is_entered_at_its_near_face_and_missed_by_the_move_that_would_meet_it() {
-        let ray = Ray::new([-2.0, 0.5, 0.5], [1.0, 0.0, 0.0]);
+        let ray = ExactRay::new([-2.0, 0.5, 0.5], [1.0, 0.0, 0.0]);
         assert_eq!(aabb(&ray, [0.0; 3], [1.0; 3]), Truth { t: Some(2.0), margin: 0.5 / 3.0 });
         assert_eq!(aabb(&ray, [0.0; 3], [1.0, 0.25, 1.0]), Truth { t: None, margin: 0.25 / 3.0 });
-        assert_eq!(aabb(&Ray { origin: [0.5; 3], ..ray }, [0.0; 3], [1.0; 3]).t, Some(0.0));
-        let diagonal = Ray::new([-1.0, 0.0, 0.5], [1.0, 1.0, 0.0]);
+        assert_eq!(aabb(&ExactRay { origin: [0.5; 3], ..ray }, [0.0; 3], [1.0; 3]).t, Some(0.0));
+        let diagonal = ExactRay::new([-1.0, 0.0, 0.5], [1.0, 1.0, 0.0]);
         let touch = aabb(&diagonal, [0.0; 3], [1.0; 3]);
         assert_eq!((touch.t, touch.margin), (Some(1.0), 0.0));
-        assert_eq!(aabb(&Ray { t_max: 0.5, ..diagonal }, [0.0; 3], [1.0; 3]).t, None);
+        assert_eq!(aabb(&ExactRay { t_max: 0.5, ..diagonal }, [0.0; 3], [1.0; 3]).t, None);
     }
 
     #[test]

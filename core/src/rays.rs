@@ -5,7 +5,7 @@ use core::ops::Range;
 use glam::Vec3;
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
-use crate::kernel::load3;
+use crate::vector::load3;
 use crate::{Column, Columns3, Properties};
 
 /// 2^-40 and 2^-126: see [`Rays::inverse_directions`].
@@ -105,7 +105,7 @@ impl<const N: usize> Rays<N> {
         copy_rows(&self.t_min, at, rows, &mut copy.t_min);
         copy_rows(&self.t_max, at, rows, &mut copy.t_max);
         copy_rows(&self.axis, at, rows, &mut copy.axis);
-        (copy.begin, copy.end) = (self.begin.max(at) - at, self.end.min(at + rows) - at);
+        (copy.begin, copy.end) = (self.begin.clamp(at, at + rows) - at, self.end.clamp(at, at + rows) - at);
         copy.properties = self.properties;
         copy
     }

@@ -213,6 +213,12 @@ pub struct SingleHit<'a> {
 }
 
 impl SingleHit<'_> {
+    /// Of a ray that ends at `t_max` and has hit nothing yet.
+    #[inline(always)]
+    pub fn of(t_max: f32) -> Self {
+        Self { found: Found { hit: false, t_max, id: NO_HIT, depth: 0 }, ray: 0, opacity: None }
+    }
+
     /// Takes a hit of the closest-hit ray; says whether it is nearer than the one before.
     #[inline(always)]
     pub fn closest(&mut self, t: f32, id: u32) -> bool {

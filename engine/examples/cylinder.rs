@@ -6,9 +6,9 @@ use mobula::geometry::{Census, Geometry, InTree, Item, Structure, Tree};
 use mobula::packet::{Hits, PacketWidth, Surface};
 use mobula::prelude::*;
 use mobula_core::kernel::single::SingleRay;
-use mobula_core::kernel::{load3, splat3, sub};
 use mobula_core::leaf::{BLOCK, Block, Bounds};
 use mobula_core::simd::{F32Lanes, Token};
+use mobula_core::vector::{load3, splat3, sub};
 use mobula_core::{NO_HIT, Rays};
 
 /// `[x, y, z, height, radius]` of each: x, y, z is the middle of the foot. Open at both ends.

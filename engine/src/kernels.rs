@@ -19,7 +19,7 @@ pub struct Options {
     /// Only this level; may be given more than once
     #[arg(long, visible_alias = "isa", value_name = "LEVEL")]
     pub level: Vec<Level>,
-    /// Only this packet width (1, 2, 4 ... 256); may be given more than once
+    /// Only this packet width; may be given more than once
     #[arg(long, visible_alias = "packet", value_name = "N", value_parser = width)]
     pub width: Vec<usize>,
     /// One JSON array on standard output

@@ -2,13 +2,19 @@
 
 use core::fmt::{self, Display};
 
-use crate::level::list;
-use crate::{Level, Scalar, Sse2, Task, Token};
-
+#[cfg(feature = "sse2")]
+use crate::Sse2;
 #[cfg(feature = "std")]
 use crate::UnknownLevel;
-#[cfg(target_arch = "x86_64")]
-use crate::{Avx2, Avx512, Fused};
+use crate::level::list;
+use crate::{Level, Scalar, Task, Token};
+
+#[cfg(all(target_arch = "x86_64", feature = "avx2"))]
+use crate::Avx2;
+#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+use crate::Avx512;
+#[cfg(all(target_arch = "x86_64", any(feature = "avx2", feature = "avx512")))]
+use crate::Fused;
 
 /// What runs a task in a region compiled for some level that is known at run time only.
 pub trait Dispatch: Copy {
@@ -23,12 +29,13 @@ pub enum AnyToken {
     /// One unfused lane.
     Scalar(Scalar),
     /// Four unfused lanes.
+    #[cfg(feature = "sse2")]
     Sse2(Sse2),
     /// Eight fused lanes.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
     Avx2(Avx2),
     /// Sixteen fused lanes.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
     Avx512(Avx512),
 }
 
@@ -37,10 +44,11 @@ macro_rules! with_token {
     ($any:expr, $token:ident => $body:expr) => {
         match $any {
             AnyToken::Scalar($token) => $body,
+            #[cfg(feature = "sse2")]
             AnyToken::Sse2($token) => $body,
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
             AnyToken::Avx2($token) => $body,
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
             AnyToken::Avx512($token) => $body,
         }
     };
@@ -81,13 +89,14 @@ impl AnyToken {
     pub fn for_level(level: Level) -> Result<Self, Unavailable> {
         match level {
             Level::Scalar => Some(Self::Scalar(Scalar::new())),
+            #[cfg(feature = "sse2")]
             Level::Sse2 => Some(Self::Sse2(Sse2::new())),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
             Level::Avx2 => Avx2::detect().map(Self::Avx2),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
             Level::Avx512 => Avx512::detect().map(Self::Avx512),
-            #[cfg(not(target_arch = "x86_64"))]
-            Level::Avx2 | Level::Avx512 => None,
+            #[allow(unreachable_patterns, reason = "levels that this build or this processor family does not have")]
+            _ => None,
         }
         .ok_or(Unavailable(level))
     }
@@ -128,10 +137,12 @@ impl AnyToken {
     #[must_use]
     pub fn twin(self) -> Twin {
         match self {
-            Self::Scalar(_) | Self::Sse2(_) => Twin::Scalar(Scalar::new()),
-            #[cfg(target_arch = "x86_64")]
+            Self::Scalar(_) => Twin::Scalar(Scalar::new()),
+            #[cfg(feature = "sse2")]
+            Self::Sse2(_) => Twin::Scalar(Scalar::new()),
+            #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
             Self::Avx2(token) => Twin::Fused(token.fused()),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
             Self::Avx512(token) => Twin::Fused(token.avx2().fused()),
         }
     }
@@ -158,7 +169,7 @@ pub enum Twin {
     /// One unfused lane.
     Scalar(Scalar),
     /// One fused lane.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", any(feature = "avx2", feature = "avx512")))]
     Fused(Fused),
 }
 
@@ -168,7 +179,7 @@ impl Twin {
     pub fn run<K: Task>(self, task: K) -> K::Output {
         match self {
             Self::Scalar(token) => token.run(task),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", any(feature = "avx2", feature = "avx512")))]
             Self::Fused(token) => token.run(task),
         }
     }

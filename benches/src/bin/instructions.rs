@@ -9,17 +9,20 @@ use mobula_core::lab::{Entry, KERNELS};
 use mobula_core::simd::{AnyToken, Level};
 
 /// Kernel and case; each at width 64.
-const SET: [(&str, &str); 10] = [
-    ("triangle", "general"),
-    ("triangle", "common_origin"),
-    ("sphere", "general"),
-    ("sphere", "common_origin_unit"),
-    ("slab", "general"),
-    ("slab", "common_origin_constant_signs"),
-    ("children", "sorted"),
+const SET: [(&str, &str); 13] = [
+    ("triangle", "stream"),
+    ("triangle", "single"),
+    ("triangle", "packet_common_origin"),
+    ("sphere", "stream"),
+    ("sphere", "packet_common_origin_unit"),
+    ("node_packet", "common_origin"),
+    ("node_diverged", "general"),
+    ("node_stream", "general"),
+    ("node_single", "general"),
+    ("frusta", "common_origin"),
+    ("traversal", "primary"),
+    ("traversal", "diffuse"),
     ("iso_cell", "general"),
-    ("inverse", "general"),
-    ("shears", "general"),
 ];
 const WIDTH: usize = 64;
 const PASSES: usize = 20;

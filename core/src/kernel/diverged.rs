@@ -7,8 +7,8 @@ use mobula_simd::{MaskLanes, Token};
 use super::aabb::{aabb, slabs};
 use super::boxes::Planes;
 use super::groups::{GROUPS, group_size};
-use super::{load3, splat3, sub};
 use crate::Rays;
+use crate::vector::{load3, splat3, sub};
 
 /// Words with a bit for each ray of the widest packet.
 pub const WORDS: usize = 1024 / 64;

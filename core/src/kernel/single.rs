@@ -8,7 +8,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 use super::aabb::padded_sorted;
 use super::boxes::{Planes, rows};
 use super::margin::PAD;
-use super::splat3;
+use crate::vector::splat3;
 use crate::{Properties, Rays};
 
 /// A ray taken out of a packet.

@@ -11,7 +11,7 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
-use super::dot;
+use crate::vector::dot;
 
 /// Squares of lengths outside of this range have lost bits to underflow, or are infinite.
 const SQUARES: [f32; 2] = [1.0 / (1u128 << 100) as f32, f32::MAX];

@@ -10,8 +10,8 @@ use mobula_simd::{F32Lanes, Token};
 
 use super::aabb::{padded, padded_origin};
 use super::boxes::{Planes, overlapping};
-use super::load3;
 use super::margin::PAD;
+use crate::vector::load3;
 use crate::{Column, Rays};
 
 /// What box tests need of a stream of `W` rays, worked out once.

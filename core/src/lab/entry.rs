@@ -8,12 +8,13 @@ use core::marker::PhantomData;
 
 use mobula_simd::{AnyToken, Level, Task, Token, clock};
 
-use super::{Dice, Draft, Kernel, Outcome, Work};
+use super::{Dice, Draft, Kernel, Outcome, Work, cases};
 
 /// Compiles kernels for these packet widths.
 macro_rules! widths {
     ($($width:literal),+) => {
-        /// The packet widths that kernels are compiled for: all with the feature `lab-widths`, else a narrow, the usual and a wide one.
+        /// The packet widths that kernels are compiled for: 64, with the feature `lab-wide` 16 and 256 too,
+        /// and with `lab-widths` every width that they are tested at.
         pub const WIDTHS: &[usize] = &[$($width),+];
 
         /// A packet of the width at `place`.
@@ -35,9 +36,11 @@ macro_rules! widths {
 }
 
 #[cfg(feature = "lab-widths")]
-widths!(1, 2, 3, 4, 7, 8, 16, 24, 32, 64, 100, 128, 256);
-#[cfg(not(feature = "lab-widths"))]
+widths!(1, 7, 24, 64, 100, 256);
+#[cfg(all(not(feature = "lab-widths"), feature = "lab-wide"))]
 widths!(16, 64, 256);
+#[cfg(not(any(feature = "lab-widths", feature = "lab-wide")))]
+widths!(64);
 
 /// A registered kernel. Made by [`kernels!`](crate::kernels).
 #[derive(Clone, Copy)]
@@ -189,10 +192,9 @@ trait Bench {
     fn outcome(&self) -> Outcome;
 }
 
-/// One pass into the level's region.
+/// The kernel, again and again, in the level's region: a function of its own, whose symbol names level, kernel and width.
 struct Passes<'a, K: Kernel, const N: usize> {
     work: &'a mut Work<K::Primitive, N>,
-    derive: bool,
     repeat: usize,
 }
 
@@ -201,9 +203,6 @@ impl<K: Kernel, const N: usize> Task for Passes<'_, K, N> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        if self.derive {
-            K::derive(token, self.work);
-        }
         for _ in 0..self.repeat {
             K::reset(self.work);
             K::run(token, self.work);
@@ -215,7 +214,10 @@ struct Packet<K: Kernel, const N: usize>(alloc::boxed::Box<Work<K::Primitive, N>
 
 impl<K: Kernel, const N: usize> Bench for Packet<K, N> {
     fn run(&mut self, token: AnyToken, derive: bool, repeat: usize) {
-        token.run(Passes::<K, N> { work: &mut self.0, derive, repeat });
+        if derive {
+            K::derive(token, &mut self.0);
+        }
+        token.run(Passes::<K, N> { work: &mut self.0, repeat });
     }
 
     fn outcome(&self) -> Outcome {
@@ -231,7 +233,8 @@ fn packet_of<K: Kernel, const N: usize>(draft: &Draft<K::Primitive>) -> alloc::b
 /// is compiled for the widest only.
 fn run_twin<K: Kernel>(token: AnyToken, place: usize, draft: &Draft<K::Primitive>) -> Outcome {
     let mut work = Work::<_, WIDEST>::new(draft, K::extra(WIDTHS[place], draft.primitives.len()));
-    token.twin().run(Passes::<K, WIDEST> { work: &mut work, derive: true, repeat: 1 });
+    K::derive(token.twin(), &mut work);
+    token.twin().run(Passes::<K, WIDEST> { work: &mut work, repeat: 1 });
     work.outcome(WIDTHS[place])
 }
 
@@ -266,12 +269,12 @@ impl<K: Kernel> Lab for Of<K> {
     }
 
     fn check(&self, token: AnyToken, place: usize, dice: &mut Dice<'_>) -> Result<(), String> {
-        let draft = Draft::draw::<K>(dice, WIDTHS[place]);
+        let draft = cases::draw::<K>(dice, WIDTHS[place]);
         judge::<K>(token, place, &draft).map_err(|what| describe(&what, &draft.range))
     }
 
     fn check_ranges(&self, token: AnyToken, place: usize, seed: u64) -> Result<(), String> {
-        let mut draft = Draft::draw::<K>(&mut Dice::from_seed(seed), WIDTHS[place]);
+        let mut draft = cases::draw::<K>(&mut Dice::from_seed(seed), WIDTHS[place]);
         for begin in 0..=WIDTHS[place] {
             for end in begin..=WIDTHS[place] {
                 draft.range = begin..end;
@@ -282,7 +285,7 @@ impl<K: Kernel> Lab for Of<K> {
     }
 
     fn measure(&self, token: AnyToken, place: usize, plan: Plan) -> (f64, f64, bool) {
-        let draft = Draft::timed::<K>(WIDTHS[place]);
+        let draft = cases::timed::<K>(WIDTHS[place]);
         let correct = judge::<K>(token, place, &draft).is_ok();
         let mut packet = packet::<K>(place, &draft);
         packet.run(token, true, 1);
@@ -308,7 +311,7 @@ impl<K: Kernel> Lab for Of<K> {
     }
 
     fn prepare(&self, token: AnyToken, place: usize) -> alloc::boxed::Box<dyn FnMut(usize) -> usize> {
-        let draft = Draft::timed::<K>(WIDTHS[place]);
+        let draft = cases::timed::<K>(WIDTHS[place]);
         let tests = K::tests(WIDTHS[place], draft.primitives.len());
         let mut packet = packet::<K>(place, &draft);
         packet.run(token, true, 1);

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::fmt::Debug;
 use core::marker::PhantomData;
 
-use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
+use mobula_simd::{Dispatch, F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::{Dice, Draft, Kernel, Outcome, Work};
 use crate::oracle::{self, Truth};
@@ -40,8 +40,7 @@ pub trait RayTest: 'static {
     fn aim(dice: &mut Dice<'_>, primitive: &Self::Primitive) -> [f32; 3];
 
     /// Derives in the packet what the test reads; once per packet.
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(_token: T, _rays: &mut Rays<N>) {}
+    fn derive<const N: usize>(_rays: &mut Rays<N>) {}
 
     /// Finds what is common; once per packet.
     fn common<T: Token, const N: usize>(token: T, rays: &Rays<N>) -> Self::Common;
@@ -61,7 +60,7 @@ pub trait RayTest: 'static {
 
     /// What is true, and how far the distance moves when the surface moves by as much as it is away: the size of the
     /// scene over the cosine. `None` where the oracle cannot tell.
-    fn truth(primitive: &Self::Primitive, i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)>;
+    fn truth(primitive: &Self::Primitive, i: usize, ray: &oracle::ExactRay) -> Option<(Truth, f64)>;
 }
 
 /// The nearest of all primitives, or any.
@@ -91,9 +90,8 @@ impl<R: RayTest, const HIT: bool> Kernel for Find<R, HIT> {
         R::aim(dice, primitive)
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<R::Primitive, N>) {
-        R::derive(token, &mut work.rays);
+    fn derive<const N: usize>(_token: impl Dispatch, work: &mut Work<R::Primitive, N>) {
+        R::derive(&mut work.rays);
     }
 
     #[inline(always)]
@@ -187,7 +185,7 @@ pub fn verify<P: Debug>(
     outcome: &Outcome,
     any: bool,
     guard: f64,
-    truths: impl Fn(&oracle::Ray) -> Truths,
+    truths: impl Fn(&oracle::ExactRay) -> Truths,
 ) -> Result<(), String> {
     for i in draft.range.clone() {
         let ray = draft.rays[i].exact();
@@ -246,7 +244,7 @@ pub fn in_reach(x: f32) -> bool {
 }
 
 /// Are all numbers of a ray ones that the oracle's bounds hold for?
-pub fn ray_in_reach(ray: &oracle::Ray) -> bool {
+pub fn ray_in_reach(ray: &oracle::ExactRay) -> bool {
     let longest = ray.direction.iter().fold(0.0f64, |l, d| l.max(d.abs()));
     // Directions of any kind of number are fine as long as they are of normal length.
     ray.origin.iter().all(|&x| in_reach(x as f32)) && (1e-5..=1e5).contains(&longest)

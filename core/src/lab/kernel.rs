@@ -5,7 +5,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Debug;
 
-use mobula_simd::Token;
+use mobula_simd::{Dispatch, Token};
 
 use super::{Dice, Draft, Outcome};
 use crate::kernel::frusta::Frusta;
@@ -50,8 +50,7 @@ pub trait Kernel: 'static {
     }
 
     /// What is derived once per packet, before: not timed.
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(_token: T, _work: &mut Work<Self::Primitive, N>) {}
+    fn derive<const N: usize>(_token: impl Dispatch, _work: &mut Work<Self::Primitive, N>) {}
 
     /// Undoes [`run`](Self::run) enough to run it again; timed.
     #[inline(always)]

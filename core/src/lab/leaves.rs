@@ -5,16 +5,17 @@ use alloc::vec::Vec;
 use core::fmt::Debug;
 use core::marker::PhantomData;
 
-use mobula_simd::Token;
+use mobula_simd::{Dispatch, Scalar, Task, Token};
 
 use super::find::{ANY, CLOSEST, verify};
 use super::{Dice, Draft, Kernel, Outcome, Work};
+use crate::kernel::frusta::Frusta;
 use crate::kernel::group_bounds::{GroupBounds, MIXED};
 use crate::kernel::groups::group_size;
 use crate::kernel::single::{OneRay, SingleRay};
 use crate::leaf::{BLOCK, Block, Leaf};
 use crate::oracle::{self, Truth};
-use crate::sink::{AnyHit, Sink};
+use crate::sink::{AnyHit, Found, SingleHit, Sink};
 use crate::{Properties, Rays};
 
 /// A block of primitives as the lab knows it.
@@ -33,7 +34,7 @@ pub trait LabBlock: Block + Debug {
 
     /// What is true, and how far the distance moves when the surface moves by as much as it is away: the size of the
     /// scene over the cosine. `None` where the oracle cannot tell.
-    fn truth(primitive: &Self::Primitive, ray: &oracle::Ray) -> Option<(Truth, f64)>;
+    fn truth(primitive: &Self::Primitive, ray: &oracle::ExactRay) -> Option<(Truth, f64)>;
 }
 
 /// Rays that travel together, in groups: [`Leaf::packet`].
@@ -88,14 +89,14 @@ impl<B: LabBlock, const PATH: u8, const HIT: bool, const UNIT: bool> Kernel for 
         B::aim(dice, &primitive)
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<B, N>) {
-        work.rays.shears(token);
-        work.rays.inverse_directions(token);
+    fn derive<const N: usize>(token: impl Dispatch, work: &mut Work<B, N>) {
+        // The same bits at every level.
+        work.rays.shears(Scalar::new());
+        work.rays.inverse_directions(Scalar::new());
         work.scale = work.primitives.iter().fold(0.0, |scale, block| block.whole().scale().max(scale));
         work.frusta = match PATH {
-            COMMON_ORIGIN => work.frusta::<T, true>(token),
-            PACKET | PARALLEL => work.frusta::<T, false>(token),
+            COMMON_ORIGIN => work.frusta::<true>(token),
+            PACKET | PARALLEL => work.frusta::<false>(token),
             _ => None,
         };
     }
@@ -139,7 +140,7 @@ fn test<T: Token, const N: usize, B: Block, S: Sink<N>, const PATH: u8>(
     blocks: &Vec<B>,
     rays: &mut Rays<N>,
     sink: &mut S,
-    frusta: &Option<(crate::kernel::frusta::Frusta, u32)>,
+    frusta: &Option<(Frusta, u32)>,
 ) {
     let leaf = 0..blocks.len();
     let mut travelling = 0;
@@ -160,31 +161,63 @@ fn test<T: Token, const N: usize, B: Block, S: Sink<N>, const PATH: u8>(
             others |= u64::from(travelling >> (i / group_size(N)) & 1 == 0) << (i - from);
         }
         if PATH == SINGLE {
-            let token = token.narrow();
             while others != 0 {
                 let i = from + others.trailing_zeros() as usize;
                 others &= others - 1;
-                let mut hit = sink.single(rays, i);
-                let mut ray = SingleRay::new(token, &OneRay::of(rays, i, [[f32::NAN; 3]; 2]));
-                if S::ANY {
-                    blocks.single::<_, true>(token, leaf.clone(), &mut ray, &mut hit);
+                let (ray, hit) = (OneRay::of(rays, i, [[f32::NAN; 3]; 2]), sink.single(rays, i));
+                let found = if S::ANY {
+                    token.run(LeafSingle::<_, true> { blocks, ray, hit })
                 } else {
-                    blocks.single::<_, false>(token, leaf.clone(), &mut ray, &mut hit);
-                }
-                let found = hit.found;
+                    token.run(LeafSingle::<_, false> { blocks, ray, hit })
+                };
                 sink.set(rays, i, found);
             }
-        } else if others != 0 && N <= 16 {
-            stream::<T, N, 16, B, S>(token, blocks, rays, sink, from, others);
         } else if others != 0 {
-            stream::<T, N, 64, B, S>(token, blocks, rays, sink, from, others);
+            stream::<T, N, B, S>(token, blocks, rays, sink, from, others);
         }
         from += 64;
     }
 }
 
+/// One ray: a task, as in traversal, so that all packet widths share one copy of it.
+struct LeafSingle<'a, B, const ANY: bool> {
+    blocks: &'a Vec<B>,
+    ray: OneRay,
+    hit: SingleHit<'a>,
+}
+
+impl<B: Block, const ANY: bool> Task for LeafSingle<'_, B, ANY> {
+    type Output = Found;
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) -> Found {
+        let Self { blocks, ray, mut hit } = self;
+        let token = token.narrow();
+        blocks.single::<_, ANY>(token, 0..blocks.len(), &mut SingleRay::new(token, &ray), &mut hit);
+        hit.found
+    }
+}
+
+/// 64 rays: a task, as in traversal, so that all packet widths share one copy of it.
+struct LeafStream<'a, B, S> {
+    blocks: &'a Vec<B>,
+    rays: &'a mut Rays<64>,
+    sink: &'a mut S,
+    active: u64,
+}
+
+impl<B: Block, S: Sink<64>> Task for LeafStream<'_, B, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { blocks, rays, sink, active } = self;
+        blocks.stream(token, 0..blocks.len(), rays, sink, active);
+    }
+}
+
 #[inline(always)]
-fn stream<T: Token, const N: usize, const W: usize, B: Block, S: Sink<N>>(
+fn stream<T: Token, const N: usize, B: Block, S: Sink<N>>(
     token: T,
     blocks: &Vec<B>,
     rays: &mut Rays<N>,
@@ -192,34 +225,67 @@ fn stream<T: Token, const N: usize, const W: usize, B: Block, S: Sink<N>>(
     from: usize,
     mut active: u64,
 ) {
-    let mut copies = rays.section::<W>(from);
-    let mut section = sink.section::<W>(from);
-    blocks.stream(token, 0..blocks.len(), &mut copies, &mut section, active);
-    let mut ids = [0; W];
+    let mut copies = rays.section::<64>(from);
+    let mut section = sink.section::<64>(from);
+    token.run(LeafStream { blocks, rays: &mut copies, sink: &mut section, active });
+    let mut ids = [0; 64];
     for (i, id) in ids.iter_mut().enumerate() {
         *id = section.id(i);
     }
     drop(section);
     while active != 0 {
-        let i = active.trailing_zeros() as usize % W;
+        let i = active.trailing_zeros() as usize;
         active &= active - 1;
         sink.merge(rays, from + i, copies.t_max[i], ids[i]);
     }
 }
 
 impl<P, const N: usize> Work<P, N> {
-    /// The frusta around the first class of groups, if any have one.
+    /// The frusta around the first class of groups, if any have one, and which groups they are. Shears are derived.
+    pub(super) fn frusta<const CO: bool>(&self, token: impl Dispatch) -> Option<(Frusta, u32)> {
+        token.dispatch(AroundFirst::<N, CO>::of(self)).frusta
+    }
+}
+
+/// Bounds the groups of a packet, and the first class of them: a task, so that all kernels share one copy of it.
+pub(super) struct AroundFirst<'a, const N: usize, const CO: bool> {
+    rays: &'a Rays<N>,
+    scale: f32,
+}
+
+/// What [`AroundFirst`] finds.
+#[derive(Default)]
+pub(super) struct Around {
+    pub(super) bounds: Option<GroupBounds>,
+    pub(super) frusta: Option<(Frusta, u32)>,
+}
+
+impl<'a, const N: usize, const CO: bool> AroundFirst<'a, N, CO> {
+    pub(super) fn of<P>(work: &'a Work<P, N>) -> Self {
+        Self { rays: &work.rays, scale: work.scale }
+    }
+}
+
+impl<const N: usize, const CO: bool> Task for AroundFirst<'_, N, CO> {
+    type Output = Around;
+
     #[inline(always)]
-    pub(super) fn frusta<T: Token, const CO: bool>(&self, token: T) -> Option<(crate::kernel::frusta::Frusta, u32)> {
-        use crate::kernel::frusta::Frusta;
-        let range = self.rays.range();
+    fn run<T: Token>(self, token: T) -> Around {
+        let Self { rays, scale } = self;
+        let range = rays.range();
         if range.is_empty() {
-            return None;
+            return Around::default();
         }
-        let bounds = GroupBounds::new::<T, N, CO>(token, &self.rays, self.scale);
+        let bounds = GroupBounds::new::<T, N, CO>(token, rays, scale);
         let size = group_size(N);
-        let class = (range.start / size..range.end.div_ceil(size)).map(|group| bounds.class(group));
-        let class = class.into_iter().find(|&class| class != MIXED)?;
-        Some((Frusta::new::<T, N, CO>(token, &bounds, &self.rays, class), bounds.of_class(class)))
+        let mut class = MIXED;
+        for group in range.start / size..range.end.div_ceil(size) {
+            class = if class == MIXED { bounds.class(group) } else { class };
+        }
+        let mut around = Around { bounds: Some(bounds), frusta: None };
+        if class != MIXED {
+            around.frusta = Some((Frusta::new::<T, N, CO>(token, &bounds, rays, class), bounds.of_class(class)));
+        }
+        around
     }
 }

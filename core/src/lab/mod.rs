@@ -6,18 +6,22 @@
 //!
 //! # Map
 //!
+//! Each module uses only what stands below it.
+//!
 //! | module | idea |
 //! |---|---|
-//! | [`kernel`] | what a kernel tells the lab |
-//! | [`find`] | kernels that ask which primitive each ray hits |
-//! | [`leaves`] | kernels that test a leaf, as walks do |
-//! | [`dice`] | where inputs come from: a seed or bytes |
-//! | [`draft`] | a case: rays, primitives, the active range |
-//! | [`outcome`] | what came out |
-//! | [`entry`] | the registry: checks and measurements of a kernel by name |
-//! | [`register`] | the macro, and the probes for reading assembly |
 //! | [`kernels`](mod@kernels) | the kernels of this crate |
+//! | [`register`] | the macro |
+//! | [`entry`] | the registry: checks and measurements of a kernel by name |
+//! | `cases` | the cases of a kernel: drawn, and timed |
+//! | [`leaves`] | kernels that test a leaf, as walks do |
+//! | [`find`] | kernels that ask which primitive each ray hits |
+//! | [`kernel`] | what a kernel tells the lab |
+//! | [`outcome`] | what came out |
+//! | [`draft`] | a case: rays, primitives, the active range |
+//! | [`dice`] | where inputs come from: a seed or bytes |
 
+mod cases;
 pub mod dice;
 pub mod draft;
 pub mod entry;

@@ -21,60 +21,10 @@
 /// ```
 #[macro_export]
 macro_rules! kernels {
-    ($(#[$meta:meta])* $vis:vis static $name:ident; $($(#[$cfg:meta])* $kernel:ident { $($case:ident: $type:ty),+ $(,)? })+) => {
+    ($(#[$meta:meta])* $vis:vis static $name:ident; $($kernel:ident { $($(#[$cfg:meta])* $case:ident: $type:ty),+ $(,)? })+) => {
         $(#[$meta])*
         $vis static $name: &[$crate::lab::Entry] = &[
-            $($($crate::lab::Entry::of::<$type>(stringify!($kernel), stringify!($case)),)+)+
+            $($($(#[$cfg])* $crate::lab::Entry::of::<$type>(stringify!($kernel), stringify!($case)),)+)+
         ];
-
-        /// Each kernel at width 64 as a function of its own, to read its assembly.
-        pub mod probe {
-            $(
-                #[doc = concat!("Cases of `", stringify!($kernel), "`.")]
-                pub mod $kernel {
-                    #[allow(unused_imports, reason = "what the types are named by may be anywhere in the parent")]
-                    use super::super::*;
-                    $(
-                        #[doc = concat!("`", stringify!($type), "`.")]
-                        pub mod $case {
-                            #[allow(unused_imports, reason = "what the types are named by may be anywhere in the parent")]
-                            use super::super::super::*;
-                            $crate::probes!($type);
-                        }
-                    )+
-                }
-            )+
-        }
-    };
-}
-
-/// The probes of one kernel: see [`kernels!`](crate::kernels).
-#[doc(hidden)]
-#[macro_export]
-macro_rules! probes {
-    ($type:ty) => {
-        $crate::probes!($type, Scalar, scalar_64);
-        $crate::probes!($type, Sse2, sse2_64);
-        #[cfg(target_arch = "x86_64")]
-        $crate::probes!($type, Avx2, avx2_64, #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]);
-        #[cfg(target_arch = "x86_64")]
-        $crate::probes!(
-            $type,
-            Avx512,
-            avx512_64,
-            #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt")]
-        );
-    };
-    ($type:ty, $token:ident, $name:ident $(, #[$feature:meta])?) => {
-        /// The packet once through the kernel.
-        #[allow(clippy::missing_safety_doc, reason = "safe: its token proves the features")]
-        #[inline(never)]
-        $(#[$feature])?
-        pub fn $name(
-            token: $crate::simd::$token,
-            work: &mut $crate::lab::Work<<$type as $crate::lab::Kernel>::Primitive, 64>,
-        ) {
-            <$type as $crate::lab::Kernel>::run(token, work);
-        }
     };
 }

@@ -7,7 +7,7 @@ use super::Bounds;
 use super::block::{BLOCK, Block};
 use crate::kernel::single::SingleRay;
 use crate::kernel::sphere::sphere;
-use crate::kernel::{load3, splat3, sub};
+use crate::vector::{load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
 
 /// Four spheres: centres by axis, radii.

@@ -13,10 +13,11 @@
 
 use mobula_simd::{MaskLanes, Token};
 
-use super::single::Single;
+use super::paths::Paths;
+use super::roots::Roots;
+use super::single::TraceSingle;
 use super::stack::{Entry, Met};
 use super::stream::TraceStream;
-use super::{Paths, Roots};
 use crate::bvh::{Child, Node, STACK, WideBvh};
 use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
 use crate::kernel::frusta::{Frusta, NodeDistances};
@@ -32,7 +33,7 @@ const FEW: usize = 4;
 /// So few rays of a packet that meet a child go on alone there: a packet that has diverged (rays to a light from both
 /// sides of a silhouette) would test them against all that lies between (after Benthin et al., "Combining Single and
 /// Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC Architecture", TVCG 2012).
-const ALONE: u32 = 3;
+const SINGLE_RAYS: u32 = 3;
 /// Rays of a stream.
 const STREAM: usize = 64;
 
@@ -148,7 +149,7 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
             rays.inverse_directions(token);
         }
         let signs = if diverged == 0 { ANY_SIGNS } else { rays.octant().unwrap_or(ANY_SIGNS) };
-        let mut walk = Walk { bvh, rays, sink, frusta, diverged, signs, lanes: [0; WORDS], stale: 0 };
+        let mut walk = PacketWalk { bvh, rays, sink, frusta, diverged, signs, lanes: [0; WORDS], stale: 0 };
         for child in roots {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, rays: groups.into() };
             walk.down::<T, COMMON_ORIGIN>(token, stack);
@@ -157,7 +158,7 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
     others
 }
 
-struct Walk<'a, const N: usize, L, S> {
+struct PacketWalk<'a, const N: usize, L, S> {
     bvh: &'a WideBvh<L>,
     rays: &'a mut Rays<N>,
     sink: &'a mut S,
@@ -172,7 +173,7 @@ struct Walk<'a, const N: usize, L, S> {
     lanes: [u64; WORDS],
 }
 
-impl<const N: usize, L: Leaf, S: Sink<N>> Walk<'_, N, L, S> {
+impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
     /// Walks down from `stack[0]`.
     #[inline(always)]
     fn down<T: Token, const COMMON_ORIGIN: bool>(&mut self, token: T, stack: &mut [Entry; STACK]) {
@@ -243,8 +244,8 @@ impl<const N: usize, L: Leaf, S: Sink<N>> Walk<'_, N, L, S> {
                 if groups == 0 {
                     continue;
                 }
-                if groups == meeting && count <= ALONE {
-                    self.go_alone(token, child, meeting, &mut children);
+                if groups == meeting && count <= SINGLE_RAYS {
+                    self.trace_single_rays(token, child, meeting, &mut children);
                     continue;
                 }
             }
@@ -258,7 +259,7 @@ impl<const N: usize, L: Leaf, S: Sink<N>> Walk<'_, N, L, S> {
 
     /// Traces the rays in `self.lanes`, which are of these groups, through a child, one by one.
     #[inline(always)]
-    fn go_alone<T: Token>(&mut self, token: T, child: Child, groups: u32, above: &mut Met) {
+    fn trace_single_rays<T: Token>(&mut self, token: T, child: Child, groups: u32, above: &mut Met) {
         for word in 0..N.div_ceil(64) {
             let mut lanes = self.lanes[word];
             while lanes != 0 {
@@ -268,9 +269,9 @@ impl<const N: usize, L: Leaf, S: Sink<N>> Walk<'_, N, L, S> {
                 let (bvh, hit, base) = (self.bvh, self.sink.single(self.rays, i), above.top);
                 let stack = &mut *above.stack;
                 let found = if S::ANY {
-                    token.run(Single::<_, true> { bvh, ray, hit, child, stack, base })
+                    token.run(TraceSingle::<_, true> { bvh, ray, hit, child, stack, base })
                 } else {
-                    token.run(Single::<_, false> { bvh, ray, hit, child, stack, base })
+                    token.run(TraceSingle::<_, false> { bvh, ray, hit, child, stack, base })
                 };
                 self.sink.set(self.rays, i, found);
             }

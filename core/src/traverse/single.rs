@@ -9,7 +9,7 @@ use crate::leaf::Leaf;
 use crate::sink::{Found, SingleHit};
 
 /// Traces a ray through a subtree: a task, so that walks of all packet widths share one copy of it. The stack is the caller's.
-pub(super) struct Single<'a, L, const ANY: bool> {
+pub(super) struct TraceSingle<'a, L, const ANY: bool> {
     pub(super) bvh: &'a WideBvh<L>,
     pub(super) ray: OneRay,
     pub(super) hit: SingleHit<'a>,
@@ -19,27 +19,27 @@ pub(super) struct Single<'a, L, const ANY: bool> {
     pub(super) base: usize,
 }
 
-impl<L: Leaf, const ANY: bool> Task for Single<'_, L, ANY> {
+impl<L: Leaf, const ANY: bool> Task for TraceSingle<'_, L, ANY> {
     type Output = Found;
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Found {
         let Self { bvh, ray, hit, child, stack, base } = self;
         let token = token.narrow();
-        let mut walk = Walk::<_, _, ANY> { token, bvh, ray: SingleRay::new(token, &ray), hit };
+        let mut walk = SingleWalk::<_, _, ANY> { token, bvh, ray: SingleRay::new(token, &ray), hit };
         walk.down(child, stack, base);
         walk.hit.found
     }
 }
 
-struct Walk<'a, T: Token, L, const ANY: bool> {
+struct SingleWalk<'a, T: Token, L, const ANY: bool> {
     token: T,
     bvh: &'a WideBvh<L>,
     ray: SingleRay<T>,
     hit: SingleHit<'a>,
 }
 
-impl<T: Token, L: Leaf, const ANY: bool> Walk<'_, T, L, ANY> {
+impl<T: Token, L: Leaf, const ANY: bool> SingleWalk<'_, T, L, ANY> {
     /// Walks down from a child; what waits is on the stack from `base`.
     #[inline(always)]
     fn down(&mut self, mut child: Child, stack: &mut [Entry; STACK], base: usize) {

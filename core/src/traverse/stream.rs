@@ -5,8 +5,8 @@
 
 use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
 
-use super::Roots;
-use super::single::Single;
+use super::roots::Roots;
+use super::single::TraceSingle;
 use super::stack::{Entry, Met};
 use crate::bvh::{Node, STACK, WideBvh};
 use crate::kernel::single::OneRay;
@@ -44,18 +44,18 @@ impl<const W: usize, L: Leaf, S: Sink<W>> Task for TraceStream<'_, W, L, S> {
     fn run<T: Token>(self, token: T) {
         let Self { bvh, rays, sink, active, roots, stack } = self;
         let stream = Stream::new(token, rays, bvh.scale);
-        Walk { bvh, rays, sink, stream }.down(token, active, roots, stack);
+        StreamWalk { bvh, rays, sink, stream }.down(token, active, roots, stack);
     }
 }
 
-struct Walk<'a, const W: usize, L, S> {
+struct StreamWalk<'a, const W: usize, L, S> {
     bvh: &'a WideBvh<L>,
     rays: &'a mut Rays<W>,
     sink: &'a mut S,
     stream: Stream<W>,
 }
 
-impl<const W: usize, L: Leaf, S: Sink<W>> Walk<'_, W, L, S> {
+impl<const W: usize, L: Leaf, S: Sink<W>> StreamWalk<'_, W, L, S> {
     /// Walks the rays of a mask down from the roots.
     #[inline(always)]
     fn down<T: Token>(&mut self, token: T, rays: u64, roots: Roots, stack: &mut [Entry; STACK]) {
@@ -74,7 +74,7 @@ impl<const W: usize, L: Leaf, S: Sink<W>> Walk<'_, W, L, S> {
                 if entry.rays.count_ones() > few(T::LANES, S::ANY) {
                     self.bvh.leaves.stream(token, entry.child.leaf_range(), self.rays, self.sink, entry.rays);
                 } else {
-                    self.go_alone(token, entry, stack, top);
+                    self.trace_single_rays(token, entry, stack, top);
                 }
             }
         }
@@ -155,7 +155,7 @@ impl<const W: usize, L: Leaf, S: Sink<W>> Walk<'_, W, L, S> {
 
     /// Traces the few rays of an entry one by one.
     #[inline(always)]
-    fn go_alone<T: Token>(&mut self, token: T, entry: Entry, stack: &mut [Entry; STACK], top: usize) {
+    fn trace_single_rays<T: Token>(&mut self, token: T, entry: Entry, stack: &mut [Entry; STACK], top: usize) {
         let mut rays = entry.rays;
         while rays != 0 {
             let i = rays.trailing_zeros() as usize % W;
@@ -163,9 +163,9 @@ impl<const W: usize, L: Leaf, S: Sink<W>> Walk<'_, W, L, S> {
             let ray = OneRay::of(self.rays, i, self.stream.padded_origin(i));
             let (bvh, child, hit) = (self.bvh, entry.child, self.sink.single(self.rays, i));
             let found = if S::ANY {
-                token.run(Single::<_, true> { bvh, ray, hit, child, stack, base: top })
+                token.run(TraceSingle::<_, true> { bvh, ray, hit, child, stack, base: top })
             } else {
-                token.run(Single::<_, false> { bvh, ray, hit, child, stack, base: top })
+                token.run(TraceSingle::<_, false> { bvh, ray, hit, child, stack, base: top })
             };
             self.sink.set(self.rays, i, found);
         }

@@ -20,6 +20,9 @@ const NEAR: f32 = 64.0;
 /// near point light they start at the light, which makes their origin common; else at the points. Directions are of unit
 /// length in both cases. Shading points are offset from their surface (see [`Points::offset`]), so the whole interval up
 /// to the point, or to the light, is tested.
+///
+/// Each primitive that lets light through and is in the way counts once: a sphere too, though light goes through its surface twice. A
+/// ray that goes exactly through the common edge of two triangles meets both.
 pub fn illuminate(context: &Context<'_>, light: &dyn Light, points: &Points, out: &mut Illumination) {
     scope("light", || light.illuminate(points.positions(), out));
     scope("medium", || attenuate(context, points.positions(), out));

@@ -2,14 +2,14 @@
 
 use alloc::vec::Vec;
 
-use mobula_simd::Token;
+use mobula_simd::{Scalar, Token};
 
 use crate::Rays;
 use crate::kernel::iso_cell::{coefficients, iso_cell};
-use crate::kernel::load3;
 use crate::lab::Dice;
 use crate::lab::find::{RayTest, in_reach, ray_in_reach};
 use crate::oracle::{self, Truth};
+use crate::vector::load3;
 
 /// A cell of a volume, with the surface where its field is zero.
 #[derive(Clone, Copy, Debug)]
@@ -57,9 +57,9 @@ impl RayTest for IsoCell {
         [0, 1, 2].map(|k| cell.low[k] + cell.size * if corner < 8 { (corner >> k & 1) as f32 } else { inside[k] })
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, rays: &mut Rays<N>) {
-        rays.inverse_directions(token);
+    fn derive<const N: usize>(rays: &mut Rays<N>) {
+        // The same bits at every level.
+        rays.inverse_directions(Scalar::new());
     }
 
     #[inline(always)]
@@ -100,7 +100,7 @@ impl RayTest for IsoCell {
         iso_cell(token, token.mask(u32::MAX), &cell.field, origin, direction, inverse, t_min, t_max)
     }
 
-    fn truth(cell: &Cell, _i: usize, ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(cell: &Cell, _i: usize, ray: &oracle::ExactRay) -> Option<(Truth, f64)> {
         let usual = ray.direction.iter().all(|&d| in_reach(d as f32)) && ray_in_reach(ray) && cell.size > 1e-3;
         if !usual || !cell.low.iter().chain(&cell.values).all(|&x| in_reach(x)) || !in_reach(cell.size) {
             return None;
@@ -127,7 +127,7 @@ struct Exact {
 }
 
 impl Exact {
-    fn new(cell: &Cell, ray: &oracle::Ray) -> Self {
+    fn new(cell: &Cell, ray: &oracle::ExactRay) -> Self {
         let size = f64::from(cell.size);
         let mut cubic = [0.0; 4];
         let (mut near, mut far) = (ray.t_min, ray.t_max);

@@ -6,6 +6,7 @@ pub mod iso_cell;
 pub mod node;
 pub mod rays;
 pub mod sphere;
+#[cfg(feature = "lab-traversal")]
 pub mod traversal;
 pub mod triangle;
 
@@ -13,8 +14,9 @@ use super::find::{ANY, CLOSEST, Find};
 use super::leaves::{COMMON_ORIGIN, Leaves, PACKET, PARALLEL, SINGLE, STREAM};
 use crate::leaf::{SphereBlock, TriangleBlock};
 use iso_cell::IsoCell;
-use node::{Diverged, Packet, Single, Streams};
-use rays::{Frusta, Inverse, Normalize, Shears};
+use node::{NodeDiverged, NodePacket, NodeSingle, NodeStream};
+use rays::{FrustaSetup, Inverse, Normalize, Shears};
+#[cfg(feature = "lab-traversal")]
 use traversal::Traversal;
 
 crate::kernels! {
@@ -38,20 +40,26 @@ crate::kernels! {
         packet_common_origin_unit_any: Leaves<SphereBlock, COMMON_ORIGIN, ANY, true>,
     }
     iso_cell { general: Find<IsoCell> }
-    node_packet { general: Packet<false>, common_origin: Packet<true> }
-    node_diverged { general: Diverged<false>, common_origin: Diverged<true> }
-    node_stream { general: Streams }
-    node_single { general: Single }
-    frusta { general: Frusta<false>, common_origin: Frusta<true> }
+    node_packet { general: NodePacket<false>, common_origin: NodePacket<true> }
+    node_diverged { general: NodeDiverged<false>, common_origin: NodeDiverged<true> }
+    node_stream { general: NodeStream }
+    node_single { general: NodeSingle }
+    frusta { general: FrustaSetup<false>, common_origin: FrustaSetup<true> }
     inverse { general: Inverse }
     normalize { general: Normalize }
     shears { general: Shears }
     traversal {
+        #[cfg(feature = "lab-traversal")]
         all: Traversal<{ traversal::INCOHERENT }, CLOSEST, true>,
+        #[cfg(feature = "lab-traversal")]
         diffuse: Traversal<{ traversal::INCOHERENT }, CLOSEST, false>,
+        #[cfg(feature = "lab-traversal")]
         ambient_occlusion: Traversal<{ traversal::INCOHERENT }, ANY, false>,
+        #[cfg(feature = "lab-traversal")]
         primary: Traversal<{ traversal::COMMON_ORIGIN }, CLOSEST, false>,
+        #[cfg(feature = "lab-traversal")]
         shadow: Traversal<{ traversal::COMMON_ORIGIN }, ANY, false>,
+        #[cfg(feature = "lab-traversal")]
         sun: Traversal<{ traversal::PARALLEL }, ANY, false>,
     }
 }

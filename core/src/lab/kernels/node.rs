@@ -4,7 +4,7 @@
 use alloc::format;
 use alloc::string::String;
 
-use mobula_simd::{MaskLanes, Token};
+use mobula_simd::{Dispatch, MaskLanes, Scalar, Token};
 
 use crate::kernel::boxes::Planes;
 use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
@@ -65,12 +65,12 @@ macro_rules! of_nodes {
 /// [`Frusta::boxes`](crate::kernel::frusta::Frusta::boxes), then
 /// [`Frusta::groups`](crate::kernel::frusta::Frusta::groups) for each box that is met. A test is a box.
 #[derive(Debug)]
-pub struct Packet<const COMMON_ORIGIN: bool>;
+pub struct NodePacket<const COMMON_ORIGIN: bool>;
 
 /// Floats of `extra` a node: entry distances, then the groups that meet each box, as bits.
 const PACKET_EXTRA: usize = 16;
 
-impl<const COMMON_ORIGIN: bool> Kernel for Packet<COMMON_ORIGIN> {
+impl<const COMMON_ORIGIN: bool> Kernel for NodePacket<COMMON_ORIGIN> {
     type General = Self;
     const PROMISES: Properties = if COMMON_ORIGIN { Properties::COMMON_ORIGIN } else { Properties::empty() };
     const PRIMITIVES: usize = 16;
@@ -84,11 +84,10 @@ impl<const COMMON_ORIGIN: bool> Kernel for Packet<COMMON_ORIGIN> {
         nodes * 8
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        work.rays.shears(token);
+    fn derive<const N: usize>(token: impl Dispatch, work: &mut Work<Planes, N>) {
+        work.rays.shears(Scalar::new());
         work.scale = scale(&work.primitives);
-        work.frusta = work.frusta::<T, COMMON_ORIGIN>(token);
+        work.frusta = work.frusta::<COMMON_ORIGIN>(token);
         for i in work.rays.range() {
             // Which rays have a frustum around them.
             let groups = work.frusta.as_ref().map_or(0, |(_, groups)| *groups);
@@ -138,12 +137,12 @@ impl<const COMMON_ORIGIN: bool> Kernel for Packet<COMMON_ORIGIN> {
 
 /// [`rays_meeting`]: the rays of groups that have diverged, each against each box. A test is a ray and a box.
 #[derive(Debug)]
-pub struct Diverged<const COMMON_ORIGIN: bool>;
+pub struct NodeDiverged<const COMMON_ORIGIN: bool>;
 
 /// [`Stream`]: rays that have nothing in common, each against each box that overlaps the box around all of them. A test is a ray
 /// and a box.
 #[derive(Debug)]
-pub struct Streams;
+pub struct NodeStream;
 
 /// Words of 16 bits that answer for all rays.
 fn words(rays: usize) -> usize {
@@ -158,10 +157,9 @@ fn store(lanes: &[u64], out: &mut [f32]) {
     }
 }
 
-/// Were the boxes met that are truly met, and no others?
-fn verify_bits(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
+/// Were the boxes met that are truly met, and no others? `scale` is what the margin follows from.
+fn verify_bits(draft: &Draft<Planes>, outcome: &Outcome, scale: f32) -> Result<(), String> {
     let width = words(draft.rays.len());
-    let scale = scale(&draft.primitives);
     for (node, planes) in draft.primitives.iter().enumerate() {
         for slot in 0..8 {
             let [low, high] = corners(planes, slot);
@@ -184,8 +182,8 @@ fn judge(ray: &DraftRay, [low, high]: [[f32; 3]; 2], scale: f32, met: bool) -> R
     Ok(())
 }
 
-impl<const COMMON_ORIGIN: bool> Kernel for Diverged<COMMON_ORIGIN> {
-    type General = Diverged<false>;
+impl<const COMMON_ORIGIN: bool> Kernel for NodeDiverged<COMMON_ORIGIN> {
+    type General = NodeDiverged<false>;
     const PROMISES: Properties = if COMMON_ORIGIN { Properties::COMMON_ORIGIN } else { Properties::empty() };
     const PRIMITIVES: usize = 16;
     of_nodes!();
@@ -198,9 +196,8 @@ impl<const COMMON_ORIGIN: bool> Kernel for Diverged<COMMON_ORIGIN> {
         rays * nodes * 8
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        work.rays.inverse_directions(token);
+    fn derive<const N: usize>(_token: impl Dispatch, work: &mut Work<Planes, N>) {
+        work.rays.inverse_directions(Scalar::new());
         let Work { rays, scale: greatest, primitives, .. } = work;
         *greatest = scale(primitives);
         for i in rays.range() {
@@ -234,7 +231,13 @@ impl<const COMMON_ORIGIN: bool> Kernel for Diverged<COMMON_ORIGIN> {
     }
 
     fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
-        verify_bits(draft, outcome)
+        // The margin of a packet is that of the ray that starts farthest away.
+        let origins = draft.rays[draft.range.clone()].iter().flat_map(|ray| ray.origin);
+        verify_bits(
+            draft,
+            outcome,
+            origins.fold(scale(&draft.primitives), |s, x| if x.abs() > s { x.abs() } else { s }),
+        )
     }
 
     /// One origin moves the box in place of the ray, by the same margin but with other roundings.
@@ -243,7 +246,7 @@ impl<const COMMON_ORIGIN: bool> Kernel for Diverged<COMMON_ORIGIN> {
     }
 }
 
-impl Kernel for Streams {
+impl Kernel for NodeStream {
     type General = Self;
     const PRIMITIVES: usize = 16;
     of_nodes!();
@@ -256,9 +259,8 @@ impl Kernel for Streams {
         rays * nodes * 8
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        work.rays.inverse_directions(token);
+    fn derive<const N: usize>(_token: impl Dispatch, work: &mut Work<Planes, N>) {
+        work.rays.inverse_directions(Scalar::new());
         work.scale = scale(&work.primitives);
     }
 
@@ -275,7 +277,7 @@ impl Kernel for Streams {
     }
 
     fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
-        verify_bits(draft, outcome)
+        verify_bits(draft, outcome, scale(&draft.primitives))
     }
 }
 
@@ -309,12 +311,12 @@ fn streams<T: Token, const N: usize, const W: usize>(token: T, work: &mut Work<P
 /// [`SingleRay::boxes`]: one ray against eight boxes, for each ray of the packet. The mask of each node is rotated into the ray's
 /// answer; entry distances go to `extra`, which keeps those of the last rays. A test is a ray and a box.
 #[derive(Debug)]
-pub struct Single;
+pub struct NodeSingle;
 
 /// Rays whose entry distances are kept: few, so that they stay in the first cache as a stack does.
 const KEPT: usize = 4;
 
-impl Kernel for Single {
+impl Kernel for NodeSingle {
     type General = Self;
     of_nodes!();
 
@@ -326,10 +328,9 @@ impl Kernel for Single {
         rays * nodes * 8
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        work.rays.inverse_directions(token);
-        work.rays.shears(token);
+    fn derive<const N: usize>(_token: impl Dispatch, work: &mut Work<Planes, N>) {
+        work.rays.inverse_directions(Scalar::new());
+        work.rays.shears(Scalar::new());
         work.scale = scale(&work.primitives);
     }
 
@@ -381,7 +382,7 @@ fn widened(ray: &DraftRay, low: [f32; 3], high: [f32; 3], scale: f32) -> f64 {
 }
 
 /// What the oracle says of a box, where it can tell.
-fn box_truth(low: [f32; 3], high: [f32; 3], ray: &oracle::Ray) -> Option<(Truth, f64)> {
+fn box_truth(low: [f32; 3], high: [f32; 3], ray: &oracle::ExactRay) -> Option<(Truth, f64)> {
     // A NaN makes the answer arbitrary; most are out of reach anyway.
     let interval = !ray.t_min.is_nan() && !ray.t_max.is_nan();
     let usual = interval && ray.direction.iter().all(|&d| in_reach(d as f32));

@@ -4,12 +4,13 @@
 use alloc::format;
 use alloc::string::String;
 
-use mobula_simd::Token;
+use mobula_simd::{Dispatch, Scalar, Token};
 
 use crate::Properties;
-use crate::kernel::group_bounds::{GroupBounds, MIXED};
+use crate::kernel::group_bounds::MIXED;
 use crate::kernel::groups::{GROUPS, group_size};
 use crate::lab::find::in_reach;
+use crate::lab::leaves::AroundFirst;
 use crate::lab::{Dice, Draft, Kernel, Outcome, Work};
 
 /// What the operations have in common: no primitives, no aim, a test a ray.
@@ -151,14 +152,14 @@ impl Kernel for Shears {
     }
 }
 
-/// [`GroupBounds::new`] and [`Frusta::new`](crate::kernel::frusta::Frusta::new): what a packet costs before its first node.
+/// [`GroupBounds::new`](crate::kernel::group_bounds::GroupBounds::new) and [`Frusta::new`](crate::kernel::frusta::Frusta::new): what a packet costs before its first node.
 #[derive(Debug)]
-pub struct Frusta<const COMMON_ORIGIN: bool>;
+pub struct FrustaSetup<const COMMON_ORIGIN: bool>;
 
 /// Floats of `extra` a group: its class, least and greatest slopes in x and in y, least and greatest origins, the far end.
 const GROUP_EXTRA: usize = 12;
 
-impl<const COMMON_ORIGIN: bool> Kernel for Frusta<COMMON_ORIGIN> {
+impl<const COMMON_ORIGIN: bool> Kernel for FrustaSetup<COMMON_ORIGIN> {
     type General = Self;
     const PROMISES: Properties = if COMMON_ORIGIN { Properties::COMMON_ORIGIN } else { Properties::empty() };
     of_rays!();
@@ -167,28 +168,25 @@ impl<const COMMON_ORIGIN: bool> Kernel for Frusta<COMMON_ORIGIN> {
         GROUPS * GROUP_EXTRA
     }
 
-    #[inline(always)]
-    fn derive<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
-        work.rays.shears(token);
+    fn derive<const N: usize>(token: impl Dispatch, work: &mut Work<(), N>) {
+        work.rays.shears(Scalar::new());
         work.scale = 1.0;
-        if !work.rays.range().is_empty() {
-            let bounds = GroupBounds::new::<T, N, COMMON_ORIGIN>(token, &work.rays, work.scale);
-            for (group, out) in work.extra.chunks_exact_mut(GROUP_EXTRA).enumerate() {
-                let of = |row: &[f32]| row[group] + 0.0;
-                // Of two zeros, which is least depends on the lanes; adding zero makes both positive.
-                out[0] = f32::from(bounds.class(group));
-                if bounds.class(group) == MIXED {
-                    out[1..].fill(0.0);
-                    continue;
-                }
-                for k in 0..2 {
-                    (out[1 + 2 * k], out[2 + 2 * k]) = (of(&bounds.slope[0][k][..]), of(&bounds.slope[1][k][..]));
-                }
-                for k in 0..3 {
-                    (out[5 + 2 * k], out[6 + 2 * k]) = (of(&bounds.origin[0][k][..]), of(&bounds.origin[1][k][..]));
-                }
-                out[11] = of(&bounds.t_max[..]);
+        let Some(bounds) = token.dispatch(AroundFirst::<N, COMMON_ORIGIN>::of(work)).bounds else { return };
+        for (group, out) in work.extra.chunks_exact_mut(GROUP_EXTRA).enumerate() {
+            // Of two zeros, which is least depends on the lanes; adding zero makes both positive.
+            let of = |row: &[f32]| row[group] + 0.0;
+            out.fill(0.0);
+            out[0] = f32::from(bounds.class(group));
+            if bounds.class(group) == MIXED {
+                continue;
             }
+            for k in 0..2 {
+                (out[1 + 2 * k], out[2 + 2 * k]) = (of(&bounds.slope[0][k][..]), of(&bounds.slope[1][k][..]));
+            }
+            for k in 0..3 {
+                (out[5 + 2 * k], out[6 + 2 * k]) = (of(&bounds.origin[0][k][..]), of(&bounds.origin[1][k][..]));
+            }
+            out[11] = of(&bounds.t_max[..]);
         }
     }
 
@@ -197,18 +195,18 @@ impl<const COMMON_ORIGIN: bool> Kernel for Frusta<COMMON_ORIGIN> {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
-        work.frusta = work.frusta::<T, COMMON_ORIGIN>(token);
+        work.frusta = token.run(AroundFirst::<N, COMMON_ORIGIN>::of(work)).frusta;
     }
 
     fn verify(draft: &Draft<()>, outcome: &Outcome) -> Result<(), String> {
         let size = group_size(draft.rays.len());
         for i in draft.range.clone() {
             let of = |at| outcome.extra(i / size * GROUP_EXTRA + at);
-            if of(0) == f32::from(MIXED) {
+            // NaN is outside of nothing, and a ray without a direction goes no way.
+            let (ray, [x, y, z]) = (&draft.rays[i], outcome.shear(i));
+            if of(0) == f32::from(MIXED) || z.is_nan() {
                 continue;
             }
-            // NaN is outside of nothing.
-            let (ray, [x, y, z]) = (&draft.rays[i], outcome.shear(i));
             let mut outside = x < of(1) || x > of(2) || y < of(3) || y > of(4) || ray.t_max > of(11);
             for axis in 0..3 {
                 outside |= ray.origin[axis] < of(5 + 2 * axis) || ray.origin[axis] > of(6 + 2 * axis);

@@ -31,7 +31,7 @@ impl LabBlock for SphereBlock {
         self.sphere(place)
     }
 
-    fn truth(&[x, y, z, radius]: &[f32; 4], ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(&[x, y, z, radius]: &[f32; 4], ray: &oracle::ExactRay) -> Option<(Truth, f64)> {
         if !ray_in_reach(ray) || ![x, y, z, radius].into_iter().all(in_reach) || radius == 0.0 {
             return None;
         }

@@ -105,9 +105,9 @@ impl<const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for Traversal<RAYS
         let Work { rays, primitives, hits, .. } = work;
         let Some(tree) = primitives.first() else { return };
         if HIT == ANY {
-            traverse::run::<T, N, _, _, ALL>(token, &tree.bvh, rays, &mut AnyHit::opaque());
+            traverse::run(token, &tree.bvh, rays, &mut AnyHit::opaque(), ALL);
         } else {
-            traverse::run::<T, N, _, _, ALL>(token, &tree.bvh, rays, hits);
+            traverse::run(token, &tree.bvh, rays, hits, ALL);
         }
     }
 

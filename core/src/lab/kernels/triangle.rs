@@ -30,7 +30,7 @@ impl LabBlock for TriangleBlock {
         self.corners(place)
     }
 
-    fn truth(&corners: &[[f32; 3]; 3], ray: &oracle::Ray) -> Option<(Truth, f64)> {
+    fn truth(&corners: &[[f32; 3]; 3], ray: &oracle::ExactRay) -> Option<(Truth, f64)> {
         if !ray_in_reach(ray) || !corners.iter().flatten().all(|&x| in_reach(x)) {
             return None;
         }

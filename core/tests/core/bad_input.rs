@@ -1,8 +1,6 @@
 //! Bad rays and bad primitives: no panic, no hang, no hit that is none; the good ones beside them are still found.
 
-mod common;
-
-use common::{Aim, Random, Shape, Triangle};
+use crate::common::{Aim, Random, Shape, Triangle};
 use mobula_core::bvh::{Bvh, Join, Quality, Serial};
 use mobula_core::glam::Vec3;
 use mobula_core::leaf::{Bounds, TriangleBlock};

@@ -12,16 +12,11 @@
 //!   8 ur: 2^-20 r.
 //! - Interval: the oracle's margin is also that of the interval's ends, as points.
 
-#[path = "../../simd/tests/common/levels.rs"]
-mod levels;
-
-mod common;
-
-use common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
+use crate::common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
 use glam::{DVec3, Vec3};
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
-use mobula_core::oracle::{self, Ray, Truth};
+use mobula_core::oracle::{self, ExactRay, Truth};
 use mobula_core::simd::AnyToken;
 use mobula_core::{Properties, RayPacket};
 
@@ -29,22 +24,22 @@ const GUARD: f64 = 1.0 / (1 << 18) as f64;
 
 /// A primitive as the oracle knows it.
 trait Known: Copy + core::fmt::Debug {
-    fn truth(&self, ray: &Ray) -> Truth;
+    fn truth(&self, ray: &ExactRay) -> Truth;
 
     /// Panics if the point at `t` is farther off the primitive than rounding explains.
-    fn check_distance(&self, ray: &Ray, t: f64, context: &str);
+    fn check_distance(&self, ray: &ExactRay, t: f64, context: &str);
 }
 
-fn size(ray: &Ray, points: &[[f32; 3]]) -> f64 {
+fn size(ray: &ExactRay, points: &[[f32; 3]]) -> f64 {
     points.iter().map(|&p| (Vec3::from(p).as_dvec3() - DVec3::from(ray.origin)).length()).fold(0.0, f64::max)
 }
 
 impl Known for Triangle {
-    fn truth(&self, ray: &Ray) -> Truth {
+    fn truth(&self, ray: &ExactRay) -> Truth {
         oracle::triangle(ray, *self)
     }
 
-    fn check_distance(&self, ray: &Ray, t: f64, context: &str) {
+    fn check_distance(&self, ray: &ExactRay, t: f64, context: &str) {
         let bound = 2.0 * GUARD * size(ray, self);
         let [a, b, c] = self.map(|corner| Vec3::from(corner).as_dvec3() - DVec3::from(ray.origin));
         let point = DVec3::from(ray.direction) * t;
@@ -56,11 +51,11 @@ impl Known for Triangle {
 }
 
 impl Known for [f32; 4] {
-    fn truth(&self, ray: &Ray) -> Truth {
+    fn truth(&self, ray: &ExactRay) -> Truth {
         oracle::sphere(ray, *self)
     }
 
-    fn check_distance(&self, ray: &Ray, t: f64, context: &str) {
+    fn check_distance(&self, ray: &ExactRay, t: f64, context: &str) {
         let [x, y, z, radius] = self.map(f64::from);
         let center = DVec3::new(x, y, z) - DVec3::from(ray.origin);
         let off = ((DVec3::from(ray.direction) * t - center).length() - radius).abs();
@@ -70,7 +65,7 @@ impl Known for [f32; 4] {
 }
 
 /// Panics if the rays of `traced` found something else than the oracle says of `rays`.
-fn compare<const N: usize>(traced: &RayPacket<N>, rays: &[Ray], primitives: &[impl Known], context: &str) {
+fn compare<const N: usize>(traced: &RayPacket<N>, rays: &[ExactRay], primitives: &[impl Known], context: &str) {
     for (i, ray) in rays.iter().enumerate() {
         let context = format!("{context} width {N} {ray:?}");
         let truths = primitives.iter().map(|primitive| primitive.truth(ray));
@@ -110,7 +105,7 @@ fn packets<B: Block>(
     if (0..N).all(|i| packet.ray(i).1 != Vec3::ZERO) {
         packet.promise(known);
     }
-    let rays: Vec<Ray> = (0..N).map(|i| Ray::of(&packet, i)).collect();
+    let rays: Vec<ExactRay> = (0..N).map(|i| ExactRay::of(&packet, i)).collect();
     let mut general = packet.clone();
     bvh.intersect_all(token, &mut general);
     compare(&general, &rays, primitives, &format!("general {context}"));
@@ -167,4 +162,4 @@ fn spheres_agree(token: AnyToken) {
     }
 }
 
-levels::at_every_level!(triangles_agree, spheres_agree);
+crate::levels::at_every_level!(triangles_agree, spheres_agree);

@@ -2,9 +2,9 @@
 
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::kernel::iso_cell::{coefficients, iso_cell};
-use mobula_core::kernel::splat3;
 use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
+use mobula_core::vector::splat3;
 use mobula_core::{Properties, RayPacket};
 
 /// One ray against a unit cell, in every lane.
@@ -171,7 +171,7 @@ fn an_infinite_direction_hits_nothing() {
     assert_eq!(together_rays_find_what_they_find_alone(f32::INFINITY, |_| [-1.0, 0.0]), 0);
 }
 
-/// Origin times reciprocal was infinite, and so all planes were, to rays that go loosely or alone.
+/// Origin times reciprocal was infinite, and so all planes were, to streams and single rays.
 #[test]
 fn short_directions_with_a_zero_in_a_scene_of_some_size_find_through_the_tree_what_they_find_without() {
     let wide = |i, k| corner(i, k).map(|x| x * 10.0);
@@ -221,4 +221,29 @@ fn rays_from_the_end_of_the_numbers_find_through_the_tree_what_they_find_without
         }
     }
     assert!(hits > 0);
+}
+
+/// The first ray is infinitely fast along x, so its reciprocal is `-0`, which is not `< 0`: all rays that were tested one by one
+/// against boxes took the farther planes for the nearer ones, and missed.
+#[test]
+fn the_sign_of_a_packet_whose_first_ray_is_infinitely_fast_is_its_bit() {
+    let wall = |i: usize| {
+        let y = i as f32 - 32.0;
+        [[-5.0, y, -40.0], [-5.0, y + 1.0, -40.0], [-5.5, y + 0.5, 40.0]]
+    };
+    let bvh = Bvh::<TriangleBlock>::triangles(64, 0, &Serial, wall);
+    let mut packet = RayPacket::<64>::default();
+    packet.reset(0..64);
+    for i in 0..64 {
+        let y = (i as f32 * 7.0) % 60.0 - 30.0;
+        packet.set_ray(i, [0.1 * y, y, -1.0].into(), [-1.0, -0.3 - 0.01 * i as f32, -0.2].into());
+    }
+    packet.set_ray(0, [0.0, 0.0, 0.0].into(), [f32::NEG_INFINITY, -0.3, -0.2].into());
+    for token in AnyToken::available() {
+        let (mut tree, mut all) = (packet.clone(), packet.clone());
+        bvh.intersect(token, &mut tree);
+        bvh.intersect_all(token, &mut all);
+        assert_eq!(tree.hits.primitive[..], all.hits.primitive[..], "{token:?}");
+        assert!(all.hits.primitive.iter().filter(|&&id| id != mobula_core::NO_HIT).count() > 20);
+    }
 }

@@ -1,8 +1,6 @@
 //! A refitted tree finds what a tree built anew finds, bit for bit.
 
-mod common;
-
-use common::{AIMS, Random, SHAPES, Shape, Triangle};
+use crate::common::{AIMS, Random, SHAPES, Shape, Triangle};
 use mobula_core::bvh::{Bvh, Join, Quality, Serial};
 use mobula_core::glam::Vec3;
 use mobula_core::leaf::{Block, Bounds, SphereBlock, TriangleBlock};
@@ -149,7 +147,7 @@ fn large_trees_are_split_among_threads_and_end_up_the_same() {
     let built = Bvh::<TriangleBlock>::triangles(after.len(), 0, &Serial, |i| after[i]);
     for round in 0..20 {
         agree(&together, &built, |i| {
-            common::Aim::Random.ray(i, round, &after, 1.0, Vec3::ZERO, &mut Random((round * N + i) as u64))
+            crate::common::Aim::Random.ray(i, round, &after, 1.0, Vec3::ZERO, &mut Random((round * N + i) as u64))
         });
     }
 }
@@ -162,5 +160,5 @@ fn all_gone_and_back() {
     assert_eq!(bvh.bounds().low[..3], Bounds::EMPTY.low[..3]);
     bvh.refit(&Serial, |i| triangles[i]);
     let built = Bvh::<TriangleBlock>::triangles(100, 0, &Serial, |i| triangles[i]);
-    agree(&bvh, &built, |i| common::Aim::Camera.ray(i, 0, &triangles, 1.0, Vec3::ZERO, &mut Random(0)));
+    agree(&bvh, &built, |i| crate::common::Aim::Camera.ray(i, 0, &triangles, 1.0, Vec3::ZERO, &mut Random(0)));
 }

@@ -1,11 +1,6 @@
 //! On equal distance the lower primitive id wins, whatever the path, the order, and the object it is in.
 
-#[path = "../../simd/tests/common/levels.rs"]
-mod levels;
-
-mod common;
-
-use common::{Random, Shape, Triangle};
+use crate::common::{Random, Shape, Triangle};
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
 use mobula_core::leaf::{SphereBlock, TriangleBlock};
@@ -111,7 +106,7 @@ fn the_lower_of_coincident_spheres_is_hit(token: AnyToken) {
     }
 }
 
-levels::at_every_level!(
+crate::levels::at_every_level!(
     the_lower_of_coincident_triangles_is_hit,
     a_fan_around_a_vertex_is_hit_at_its_lowest_id,
     the_lower_of_coincident_spheres_is_hit,

@@ -1,5 +1,4 @@
-//! Random numbers, scenes and rays that the tests of this crate share. Each test uses some of them.
-#![allow(dead_code, reason = "every test crate compiles its own copy and uses a part of it")]
+//! Random numbers, scenes and rays that the tests share.
 
 use mobula_core::glam::Vec3;
 

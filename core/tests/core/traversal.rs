@@ -1,8 +1,6 @@
 //! The tree finds what testing everything finds, bit for bit, on every path, level and packet width.
 
-mod common;
-
-use common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
+use crate::common::{AIMS, Aim, Random, SHAPES, Shape, Triangle};
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
 use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};

@@ -1,0 +1,14 @@
+//! The tests of this crate, in one binary: what they have in common is compiled once.
+
+mod bad_input;
+mod common;
+mod edges;
+#[path = "../../../simd/tests/common/levels.rs"]
+mod levels;
+mod oracle;
+mod packets;
+mod query;
+mod refit;
+mod regressions;
+mod ties;
+mod traversal;
