@@ -200,6 +200,8 @@ pub struct Materials {
     scopes: Vec<String>,
     /// How deep their surfaces are for light that wants through.
     depths: Vec<u32>,
+    /// Does any let light through?
+    transparent: bool,
 }
 
 impl Materials {
@@ -210,8 +212,9 @@ impl Materials {
     pub fn new(list: Vec<NamedMaterial>) -> Self {
         assert!(!list.is_empty(), "there is a default material");
         let scopes = list.iter().map(|named| format!("material {}", named.name)).collect();
-        let depths = list.iter().map(|named| optical_depth(named.material.opacity())).collect();
-        Self { list, scopes, depths }
+        let depths: Vec<u32> = list.iter().map(|named| optical_depth(named.material.opacity())).collect();
+        let transparent = depths.iter().any(|&depth| depth < OPAQUE);
+        Self { list, scopes, depths, transparent }
     }
 
     /// The index of the default material.
@@ -233,13 +236,9 @@ impl Materials {
     pub fn set(&mut self, index: u32, material: Arc<dyn Material>) {
         if let Some(place) = self.list.get_mut(index as usize) {
             self.depths[index as usize] = optical_depth(material.opacity());
+            self.transparent = self.depths.iter().any(|&depth| depth < OPAQUE);
             place.material = material;
         }
-    }
-
-    /// Does any let light through?
-    fn any_transparent(&self) -> bool {
-        self.depths.iter().any(|&depth| depth < OPAQUE)
     }
 
     fn depth(&self, index: u32) -> u32 {
@@ -288,7 +287,7 @@ impl Scene {
             let all = self.geometry.get(geometry).materials(&[primitive], &mut material);
             self.materials.depth(all.unwrap_or(material[0]))
         };
-        let depths: Option<&Depths<'_>> = if self.materials.any_transparent() { Some(&depth) } else { None };
+        let depths: Option<&Depths<'_>> = if self.materials.transparent { Some(&depth) } else { None };
         let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, depths));
         context.statistics.count_paths(paths);
     }
