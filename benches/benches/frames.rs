@@ -11,16 +11,17 @@ use std::sync::Arc;
 
 use clap::Parser;
 use mobula::app::{self, PacketWidth, Settings};
+use mobula::background::Constant;
 use mobula::camera::View;
 use mobula::color::to_pixels;
+use mobula::geometry::Mesh;
 use mobula::image::Size;
+use mobula::light::{Hemisphere, Point};
+use mobula::material::Lambertian;
 use mobula::renderer::RendererKind;
 use mobula::sampler::morton;
-use mobula::scene::{
-    AmbientDescription, BackgroundDescription, Geometry, LightDescription, MaterialDescription, Object,
-    Scene as Compiled, SceneDescription,
-};
-use mobula::{accel::AccelerationKind, generate, load};
+use mobula::scene::SceneDescription;
+use mobula::{generate, load};
 use mobula_benches::clock;
 use mobula_benches::embree::{Device, Entry, Interface, Quality, Scene};
 use mobula_benches::rays::{Found, NOTHING, RaySet};
@@ -75,31 +76,18 @@ fn describe(view: &scenes::View, data: &std::path::Path) -> Result<(SceneDescrip
     } else {
         load::load(&data.join(view.source)).map_err(|error| error.to_string())?.scene
     };
-    fn flatten(object: &mut Object) {
-        match object {
-            Object::Mesh(mesh) => {
-                let mesh = Arc::make_mut(mesh);
-                (mesh.normals, mesh.triangle_normals) = (Vec::new(), Vec::new());
-            }
-            Object::Group(objects) => objects.iter_mut().for_each(flatten),
-            Object::Spheres(_) => {}
+    for geometry in &mut scene.geometry {
+        if let Some(mesh) = geometry.downcast_ref::<Mesh>() {
+            *geometry = Arc::new(Mesh { normals: Vec::new(), triangle_normals: Vec::new(), ..mesh.clone() });
         }
     }
-    scene.objects.iter_mut().for_each(flatten);
     for named in &mut scene.materials {
-        let diffuse = match &named.material {
-            MaterialDescription::Flat { color } => *color,
-            MaterialDescription::Lambertian { diffuse } => *diffuse,
-            MaterialDescription::Phong(phong) => phong.diffuse,
-            MaterialDescription::NormalColor => glam::Vec3::splat(0.7),
-        };
-        named.material = MaterialDescription::Lambertian { diffuse };
+        named.material = Arc::new(Lambertian { diffuse: named.material.base_color() });
     }
-    scene.lights =
-        vec![LightDescription::Point { position: view.light.into(), color: glam::Vec3::ONE, falloff: false }];
+    scene.lights = vec![Arc::new(Point { position: view.light.into(), color: glam::Vec3::ONE, falloff: false })];
     let ambient = glam::Vec3::splat(AMBIENT);
-    scene.ambient = AmbientDescription { above: ambient, below: ambient };
-    scene.background = BackgroundDescription::Constant { color: glam::Vec3::ZERO };
+    scene.ambient = Arc::new(Hemisphere { above: ambient, below: ambient });
+    scene.background = Arc::new(Constant { color: glam::Vec3::ZERO });
     let fov = 2.0 * view.tangent.atan().to_degrees();
     Ok((scene, View { eye: view.eye.into(), at: view.at.into(), up: view.up.into(), fov }))
 }
@@ -254,7 +242,7 @@ impl Bare<'_> {
     /// Writes the pixels of a tile's colours, by the same kernel as Mobula.
     fn write(&mut self, shown: &Columns3<{ TILE * TILE }>, pixel: impl Fn(usize) -> [usize; 2]) {
         let mut pixels = [0; TILE * TILE];
-        to_pixels(self.token, shown, TILE * TILE, &mut pixels);
+        to_pixels(self.token, shown.each_ref().map(|column| &column[..]), TILE * TILE, &mut pixels);
         for (i, &color) in pixels.iter().enumerate() {
             let [x, y] = pixel(i);
             self.picture[y * SIDE + x] = color;
@@ -282,17 +270,13 @@ fn measure(
     let Primitives::Triangles(triangles) = &primitives else { return Err("spheres".into()) };
     let light = glam::Vec3::from(view.light);
     let (description, camera) = describe(view, &arguments.data)?;
-    let geometry = Arc::new(Geometry::new(&description.objects)?);
-    assert_eq!(geometry.triangle_ids().len(), triangles.indices.len(), "both have the same triangles");
-    let colors: Vec<glam::Vec3> = {
-        let compiled = Compiled::<64>::with_geometry(&description, geometry.clone(), AccelerationKind::Fast);
-        let mut near = 0;
-        let mut color = |id: u32| {
-            let material = geometry.material(id, &mut near).min(description.materials.len() as u32);
-            compiled.material(material).base_color()
-        };
-        geometry.triangle_ids().map(&mut color).collect()
-    };
+    let default = Lambertian::default().diffuse;
+    let color =
+        |material: u32| description.materials.get(material as usize).map_or(default, |m| m.material.base_color());
+    let meshes = description.geometry.iter().filter_map(|geometry| geometry.downcast_ref::<Mesh>());
+    let colors: Vec<glam::Vec3> =
+        meshes.flat_map(|mesh| (0..mesh.triangles.len()).map(|i| color(mesh.material_of(i)))).collect();
+    assert_eq!(colors.len(), triangles.indices.len(), "both have the same triangles");
     let isa = match level {
         Level::Scalar | Level::Sse2 => "sse2",
         Level::Avx2 => "avx2",
@@ -306,7 +290,7 @@ fn measure(
         let size = Size::new(SIDE, SIDE)?;
         let settings =
             |packet| Settings { token, packet, threads: 1, size, view: Some(camera), renderer, ..Settings::default() };
-        let pipeline = |width| app::pipeline_with_geometry(&description, geometry.clone(), &settings(width));
+        let pipeline = |width| app::pipeline(&description, &settings(width));
         let mut pipelines = [pipeline(WIDTHS[0])?, pipeline(WIDTHS[1])?];
         // Its best interface, from one frame of each.
         let packets = [Entry::One, Entry::Four, Entry::Eight, Entry::Sixteen];

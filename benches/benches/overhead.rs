@@ -6,17 +6,19 @@
 use std::hint::black_box;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use clap::Parser;
+use mobula::accel::AccelerationKind;
 use mobula::app::{self, PacketWidth, Settings};
-use mobula::camera::{Pinhole, View};
+use mobula::camera::View;
 use mobula::color::to_pixels;
+use mobula::geometry::{Geometries, InTree, Mesh};
 use mobula::image::Size;
-use mobula::renderer::{Primary, RendererKind};
+use mobula::material::Lambertian;
+use mobula::renderer::RendererKind;
 use mobula::sampler::morton::for_each_piece;
-use mobula::scene::{Geometry, Scene, SceneDescription};
-use mobula::stack::{Camera, Context, Fragment, Statistics};
+use mobula::scene::SceneDescription;
+use mobula::stack::Fragment;
 use mobula::traverse::TileSize;
 use mobula::{generate, load};
 use mobula_benches::clock;
@@ -24,8 +26,8 @@ use mobula_benches::scenes::VIEWS;
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::leaf::{Block, TriangleBlock};
 use mobula_core::rays::set_vec3;
-use mobula_core::simd::{AnyToken, Level, Task, Token};
-use mobula_core::{Properties, RayPacket};
+use mobula_core::simd::{AnyToken, F32Lanes, Level, Task, Token};
+use mobula_core::{Column, Columns3, Properties, RayPacket};
 
 /// Measures what flexibility costs.
 #[derive(Debug, Parser)]
@@ -75,46 +77,77 @@ fn dispatch(token: AnyToken) -> f64 {
     elapsed.process / f64::from(TIMES)
 }
 
-/// The bare loop: no component, no trait object, one tree of triangles.
+/// The bare loop: no component, no trait object, one tree of triangles, the packet width a constant.
 struct Bare {
+    token: AnyToken,
     bvh: Bvh<TriangleBlock>,
-    geometry: Arc<Geometry>,
-    /// Base colours by material, linear.
+    mesh: Mesh,
+    /// Base colours by material, linear; the last is the default one.
     colors: Vec<[f32; 3]>,
-    camera: Pinhole,
+    view: View,
     side: usize,
     picture: Vec<u32>,
     packets: u64,
 }
 
+/// Aims the rays of a packet at its samples: what the pinhole camera does.
+struct Aim<'a> {
+    view: &'a View,
+    side: usize,
+    image: &'a [Column<f32, N>; 2],
+    packet: &'a mut RayPacket<N>,
+}
+
+impl Task for Aim<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { view, side, image, packet } = self;
+        let [right, up, forward] = view.basis();
+        let (slope, per_pixel) = (token.splat(view.slope()), token.splat(2.0 / side as f32));
+        let one = token.splat(1.0);
+        for at in (0..N).step_by(T::LANES) {
+            let active = packet.active(token, at);
+            let sx = (token.load(&image[0][..], at) * per_pixel - one) * slope;
+            let sy = (one - token.load(&image[1][..], at) * per_pixel) * slope;
+            let axis = |i: usize| token.splat(forward[i]) + sx * token.splat(right[i]) + sy * token.splat(up[i]);
+            let d = [axis(0), axis(1), axis(2)];
+            let scale = one / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+            for (column, d) in packet.directions_mut().iter_mut().zip(d) {
+                (d * scale).store_masked(&mut column[..], at, active);
+            }
+        }
+    }
+}
+
 impl Bare {
-    fn frame(&mut self, context: &Context<'_, N>) {
-        let size = [self.side as u32; 2];
+    fn frame(&mut self) {
         let TileSize { width, height } = TileSize::default();
         let (mut packet, mut shown) = (RayPacket::<N>::default(), [0; N]);
+        let (mut image, mut colors) = ([Column::splat(0.0); 2], Columns3::<N>::default());
         for y0 in (0..self.side).step_by(height) {
             for x0 in (0..self.side).step_by(width) {
                 let (x1, y1) = ((x0 + width).min(self.side), (y0 + height).min(self.side));
-                for_each_piece::<N>(Fragment { channel: 0, x0, y0, x1, y1, step: 1 }, N, |pixels| {
+                for_each_piece(Fragment { channel: 0, x0, y0, x1, y1, step: 1 }, N, |pixels| {
                     packet.reset(0..pixels.len());
                     for (i, pixel) in pixels.iter().enumerate() {
-                        packet.image[0][i] = pixel[0] as f32 + 0.5;
-                        packet.image[1][i] = pixel[1] as f32 + 0.5;
+                        image[0][i] = pixel[0] as f32 + 0.5;
+                        image[1][i] = pixel[1] as f32 + 0.5;
                     }
-                    packet.promise(Properties::HAVE_IMAGE_COORDINATES);
-                    Camera::<N>::make_rays(&self.camera, context, size, &mut packet);
-                    packet.reset_hits();
-                    self.bvh.intersect(context.token, &mut packet);
-                    let mut near = 0;
+                    packet.set_common_origin(self.view.eye);
+                    self.token.run(Aim { view: &self.view, side: self.side, image: &image, packet: &mut packet });
+                    packet.promise(Properties::NORMALIZED_DIRECTIONS);
+                    self.bvh.intersect(self.token, &mut packet);
                     for i in 0..pixels.len() {
                         let mut color = [0.0; 3];
                         if packet.was_hit(i) {
-                            let material = self.geometry.material(packet.hits.primitive[i], &mut near) as usize;
+                            let material = self.mesh.material_of(packet.hits.primitive[i] as usize) as usize;
                             color = self.colors[material.min(self.colors.len() - 1)];
                         }
-                        set_vec3(&mut packet.color, i, color.into());
+                        set_vec3(&mut colors, i, color.into());
                     }
-                    to_pixels(context.token, &packet.color, pixels.len(), &mut shown);
+                    to_pixels(self.token, colors.each_ref().map(|column| &column[..]), pixels.len(), &mut shown);
                     for (&[x, y], &color) in pixels.iter().zip(&shown) {
                         self.picture[y as usize * self.side + x as usize] = color;
                     }
@@ -148,7 +181,6 @@ fn median(times: &mut [f64]) -> f64 {
 
 fn measure(name: &str, token: AnyToken, arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let (description, view) = describe(name, &arguments.data)?;
-    let geometry = Arc::new(Geometry::new(&description.objects)?);
     let side = arguments.side;
     let settings = Settings {
         token,
@@ -160,28 +192,26 @@ fn measure(name: &str, token: AnyToken, arguments: &Arguments) -> Result<(), Box
         ..Settings::default()
     };
     assert_eq!(settings.packet.to_string(), N.to_string(), "the bare loop has the same width");
-    let mut pipeline = app::pipeline_with_geometry(&description, geometry.clone(), &settings)?;
-    let scene = Scene::<N>::with_geometry(&description, geometry.clone(), settings.acceleration);
-    let statistics = Statistics::default();
-    let context = Context { token, scene: &scene, renderer: &Primary, statistics: &statistics, frame: 0 };
-    let ids = geometry.triangle_ids();
-    // The last one is the default.
-    let color = |index: usize| scene.material(index as u32).base_color().to_array();
-    let corners = |i: usize| {
-        geometry.triangle(ids.start + i as u32).map_or(TriangleBlock::NOWHERE, |corners| corners.map(|p| p.to_array()))
-    };
+    let [geometry] = &description.geometry[..] else { return Err("more than one mesh".into()) };
+    let mesh = geometry.downcast_ref::<Mesh>().ok_or("not a mesh")?.clone();
+    let geometries = Geometries::build(description.geometry.clone(), AccelerationKind::Bvh)?;
+    let mut pipeline = app::pipeline_with_geometry(&description, geometries, &settings)?;
+    let default = Lambertian::default().diffuse.to_array();
+    let materials = description.materials.iter().map(|named| named.material.base_color().to_array());
+    let corners = |i: usize| mesh.primitive(i).unwrap_or(TriangleBlock::NOWHERE);
     let mut bare = Bare {
-        bvh: Bvh::triangles(ids.len(), ids.start, &Serial, corners),
-        colors: (0..=description.materials.len()).map(color).collect(),
-        geometry: geometry.clone(),
-        camera: Pinhole::new(view),
+        token,
+        bvh: Bvh::triangles(mesh.triangles.len(), 0, &Serial, corners),
+        colors: materials.chain([default]).collect(),
+        mesh: mesh.clone(),
+        view,
         side,
         picture: vec![0; side * side],
         packets: 0,
     };
     let (mut of_bare, mut of_stack, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..arguments.repeat {
-        let ((), elapsed) = clock::time(|| (0..FRAMES).for_each(|_| bare.frame(&context)));
+        let ((), elapsed) = clock::time(|| (0..FRAMES).for_each(|_| bare.frame()));
         let (report, of_pipeline) = clock::time(|| pipeline.run(FRAMES as u64));
         report?;
         of_bare.push(elapsed.process / FRAMES as f64);

@@ -6,8 +6,9 @@
 use std::path::Path;
 
 use mobula::generate;
+use mobula::geometry::{Mesh, Spheres};
 use mobula::load;
-use mobula::scene::{Mesh, Object, SceneDescription};
+use mobula::scene::SceneDescription;
 
 use crate::rays::{cross, sub};
 
@@ -216,18 +217,16 @@ impl Primitives {
     }
 
     fn of(scene: &SceneDescription) -> Self {
-        fn visit(object: &Object, triangles: &mut Triangles, balls: &mut Vec<[f32; 4]>) {
-            match object {
-                Object::Mesh(mesh) => triangles.add(mesh),
-                Object::Group(objects) => objects.iter().for_each(|object| visit(object, triangles, balls)),
-                Object::Spheres(spheres) => balls.extend(spheres.centers.iter().enumerate().map(|(i, &[x, y, z])| {
-                    let radius = spheres.radii.get(i).or(spheres.radii.first()).copied();
-                    [x, y, z, radius.unwrap_or_default()]
-                })),
+        let (mut triangles, mut spheres) = (Triangles::default(), Vec::new());
+        for geometry in &scene.geometry {
+            if let Some(mesh) = geometry.downcast_ref() {
+                triangles.add(mesh);
+            }
+            if let Some(some) = geometry.downcast_ref::<Spheres>() {
+                let sphere = |i| some.sphere(i).map(|(center, radius)| center.extend(radius).to_array());
+                spheres.extend((0..some.centers.len()).filter_map(sphere));
             }
         }
-        let (mut triangles, mut spheres) = (Triangles::default(), Vec::new());
-        scene.objects.iter().for_each(|object| visit(object, &mut triangles, &mut spheres));
         if triangles.indices.is_empty() {
             return Self::Spheres(spheres);
         }

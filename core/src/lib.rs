@@ -75,8 +75,7 @@
 //! | [`leaf`] | what is in a leaf: blocks of triangles or spheres, and your own kind |
 //! | [`sink`] | what becomes of hits: the nearest, any, or a part of the light |
 //! | [`kernel`] | the tests that walks make: node against packet, stream and ray; triangle, sphere, box |
-//! | [`sub_packet`] | a range of a packet's rays without a copy; values derived once, when first asked for |
-//! | [`packet`], [`any_hit`] | rays with hits and room for shading; rays of which only is asked whether they hit |
+//! | [`packet`], [`any_hit`] | rays with their hits; rays of which only is asked whether they hit |
 //! | [`rays`] | origins, directions, intervals, and what is derived from them alone |
 //! | [`vector`] | three lanes: x, y, z |
 //! | [`properties`] | what may be known of all rays of a packet, who says so, who relies on it, what ends it |
@@ -100,7 +99,6 @@ pub mod properties;
 pub mod query;
 pub mod rays;
 pub mod sink;
-pub mod sub_packet;
 pub mod traverse;
 pub mod vector;
 
@@ -112,4 +110,3 @@ pub use mobula_simd as simd;
 pub use packet::{Hits, NO_HIT, RayPacket};
 pub use properties::Properties;
 pub use rays::Rays;
-pub use sub_packet::{SubPacket, Surface};

@@ -2,28 +2,27 @@
 //! swaps in.
 
 use std::error::Error;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 use glam::Vec3;
 use mobula::accel::AccelerationKind;
-use mobula::app::{Components, Stack};
+use mobula::app::Components;
 use mobula::balance::BalancerKind;
 use mobula::camera::View;
 use mobula::image::{FrameBuffer, Size};
 use mobula::pipeline::{Config, Frame, Pipeline};
-use mobula::scene::{Geometry, Mesh, Object, Scene, SceneDescription};
+use mobula::scene::{self, Mesh, Scene, SceneDescription};
 use mobula::stack::{Fragment, Statistics};
 use mobula::traverse::{RenderStage, TileSize, TraverserKind};
 use mobula_simd::AnyToken;
 
-const N: usize = 64;
 /// Points along each side of the sea.
 const SIDE: usize = 40;
 
 /// The state. The rows of points are what render threads change in place: each row has a lock, so no two threads share.
 struct Sea {
     rows: Vec<Mutex<Vec<[f32; 3]>>>,
-    components: Components<N>,
+    components: Components,
 }
 
 fn row(z: usize, phase: f32) -> Vec<[f32; 3]> {
@@ -42,13 +41,14 @@ fn sea(rows: impl Iterator<Item = Vec<[f32; 3]>>) -> SceneDescription {
     let middle = SIDE as f32 / 2.0;
     let view =
         View { eye: Vec3::new(middle, 15.0, 2.5 * middle), at: Vec3::new(middle, 0.0, middle), up: Vec3::Y, fov: 60.0 };
-    let objects = vec![Object::Mesh(Arc::new(mesh))];
-    SceneDescription { objects, view: Some(view), ..SceneDescription::default() }
+    let mut scene = SceneDescription { view: Some(view), ..SceneDescription::default() };
+    scene.add(mesh);
+    scene
 }
 
 /// Compiles it, hierarchy and all.
-fn build(rows: impl Iterator<Item = Vec<[f32; 3]>>) -> Scene<N> {
-    Scene::build(&sea(rows), AccelerationKind::Bvh).expect("few triangles")
+fn build(rows: impl Iterator<Item = Vec<[f32; 3]>>) -> Scene {
+    scene::build(&sea(rows), AccelerationKind::Bvh).expect("few triangles")
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -71,8 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let refit = pipeline.callbacks().serial_pre_render("refit", |point| {
         let Sea { rows, components } = &mut *point.state;
         let moved = sea(rows.iter().map(|row| row.lock().expect("nobody panics").clone()));
-        let geometry = Geometry::new(&moved.objects).expect("few triangles");
-        components.scene.refit(geometry.into()).expect("the same triangles");
+        components.scene.geometry.refit(moved.geometry).expect("the same triangles");
     });
     let mut pictures = Vec::new();
     for _ in 0..4 {

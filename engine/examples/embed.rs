@@ -5,12 +5,11 @@ use mobula::prelude::*;
 /// A renderer: things fade with the distance, by this much a unit.
 struct Fog(f32);
 
-impl Renderer<64> for Fog {
-    fn trace(&self, context: &Context<'_, 64>, packet: &mut RayPacket<64>) {
-        packet.reset_hits();
+impl Renderer for Fog {
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet) {
         context.scene.intersect(context, packet);
-        for i in packet.range() {
-            let light = if packet.was_hit(i) { (-self.0 * packet.t_max[i]).exp() } else { 0.0 };
+        for i in 0..packet.len() {
+            let light = if packet.was_hit(i) { (-self.0 * packet.rays().t_max()[i]).exp() } else { 0.0 };
             set_vec3(&mut packet.color, i, Vec3::splat(light));
         }
     }

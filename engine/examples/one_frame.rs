@@ -10,27 +10,27 @@ use mobula::camera::Pinhole;
 use mobula::image::FrameBuffer;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
-use mobula::scene::Scene;
+use mobula::scene;
 use mobula::stack::{Context, Fragment, Statistics};
 use mobula_simd::AnyToken;
 
-/// Rays per packet.
-const N: usize = 64;
+/// Rays in a packet.
+const WIDTH: usize = 64;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let mut next = |default: &str| arguments.next().unwrap_or_else(|| default.to_owned());
     let output = next("frame.png");
     let (width, height): (u32, u32) = (next("800").parse()?, next("600").parse()?);
-    let renderer = next("raytracer").parse::<RendererKind>()?.build::<N>();
-    let sampler = next("single").parse::<SamplerKind>()?.build::<N>();
+    let renderer = next("raytracer").parse::<RendererKind>()?.build();
+    let sampler = next("single").parse::<SamplerKind>()?.build();
 
-    let scene = Scene::<N>::build(&builtin::scene(), AccelerationKind::Bvh)?;
+    let scene = scene::build(&builtin::scene(), AccelerationKind::Bvh)?;
     let camera = Pinhole::new(scene.view(width as f32 / height as f32));
     let picture = FrameBuffer::new(width as usize, height as usize)?;
     let statistics = Statistics::default();
-    let context =
-        Context { token: AnyToken::detect(), scene: &scene, renderer: &*renderer, statistics: &statistics, frame: 0 };
+    let (token, renderer) = (AnyToken::detect(), &*renderer);
+    let context = Context { token, width: WIDTH, scene: &scene, renderer, statistics: &statistics, frame: 0 };
     let whole = Fragment { channel: 0, x0: 0, y0: 0, x1: width as usize, y1: height as usize, step: 1 };
     let start = std::time::Instant::now();
     sampler.render_fragment(&context, &camera, whole, &picture);

@@ -4,7 +4,6 @@
 //! Above the linear part the curve is `1.055 x^(1/2.4) - 0.055`. With `u = x^(1/4)`, which is two square roots, that is a
 //! smooth function of `u`, `1.055 u^(5/3) - 0.055`, for which a polynomial of degree 6 is good to 1/2000 of a byte.
 
-use mobula_core::Columns3;
 use mobula_core::simd::{AnyToken, F32Lanes, I32Lanes, Scalar, Task, Token};
 
 use glam::Vec3;
@@ -42,26 +41,26 @@ pub fn to_pixel(linear: Vec3) -> u32 {
     pixel[0]
 }
 
-/// The pixels of a packet's first `count` colours; what the others become is not said.
-pub fn to_pixels<const N: usize>(token: AnyToken, colors: &Columns3<N>, count: usize, out: &mut [u32; N]) {
+/// The pixels of the first `count` of some colours; what the others become is not said.
+pub fn to_pixels(token: AnyToken, colors: [&[f32]; 3], count: usize, out: &mut [u32]) {
     token.run(ToPixels { colors, count, out });
 }
 
-struct ToPixels<'a, const N: usize> {
-    colors: &'a Columns3<N>,
+struct ToPixels<'a> {
+    colors: [&'a [f32]; 3],
     count: usize,
-    out: &'a mut [u32; N],
+    out: &'a mut [u32],
 }
 
-impl<const N: usize> Task for ToPixels<'_, N> {
+impl Task for ToPixels<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
         let Self { colors, count, out } = self;
-        for at in (0..count.min(N)).step_by(T::LANES) {
-            let channel = |k: usize| token.load(&colors[k][..], at);
-            pixels(token, [channel(0), channel(1), channel(2)]).store(&mut out[..], at);
+        for at in (0..count.min(out.len())).step_by(T::LANES) {
+            let channel = |k: usize| token.load(colors[k], at);
+            pixels(token, [channel(0), channel(1), channel(2)]).store(out, at);
         }
     }
 }
@@ -106,13 +105,13 @@ mod tests {
     fn all_levels_give_the_same_bytes() {
         let values = [f32::NAN, -1.0, 1e-30, LINEAR, 1.0, f32::INFINITY, 0.999_999_94, 1e30];
         let at = |i: usize| values.get(i).copied().unwrap_or((i as f32 * 0.618_034).fract());
-        let mut colors = [mobula_core::Column::<f32, 256>::splat(0.0); 3];
+        let mut colors = [[0.0; 256]; 3];
         for (axis, column) in colors.iter_mut().enumerate() {
             column.iter_mut().enumerate().for_each(|(i, value)| *value = at((i + 85 * axis) % 256));
         }
         for token in AnyToken::available() {
             let mut out = [7; 256];
-            to_pixels(token, &colors, 251, &mut out);
+            to_pixels(token, colors.each_ref().map(|column| &column[..]), 251, &mut out);
             for i in 0..251 {
                 let one = to_pixel(Vec3::new(colors[0][i], colors[1][i], colors[2][i]));
                 assert_eq!(out[i], one, "{} {i}", token.level());

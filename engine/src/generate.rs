@@ -2,14 +2,13 @@
 //!
 //! Only `+ - * /` and square roots, never fused, so that every machine makes the same scene bit for bit.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 
-use crate::camera::View;
-use crate::scene::{
-    LightDescription, MaterialDescription, Mesh, MeshGroup, Object, PhongDescription, SceneDescription, Spheres,
-};
+use crate::geometry::{Mesh, MeshGroup, Spheres};
+use crate::light::Point;
+use crate::material::{Lambertian, Phong};
+use crate::scene::SceneDescription;
+use crate::view::View;
 
 /// What the name of a generated scene starts with.
 pub const PREFIX: &str = "gen:";
@@ -44,28 +43,28 @@ fn view(eye: [f32; 3], at: [f32; 3], th: f32) -> View {
     View { eye: eye.into(), at: at.into(), up: Vec3::Y, fov: 2.0 * th.atan().to_degrees() }
 }
 
-fn point_light(position: [f32; 3]) -> LightDescription {
-    LightDescription::Point { position: position.into(), color: Vec3::ONE, falloff: false }
+fn point_light(position: [f32; 3]) -> Point {
+    Point { position: position.into(), color: Vec3::ONE, falloff: false }
 }
 
 fn terrain_scene(grid: u32, balls: u32) -> SceneDescription {
     let mut scene = SceneDescription::default();
-    let ground = scene.add_material("ground", MaterialDescription::Lambertian { diffuse: Vec3::new(0.42, 0.38, 0.28) });
+    let ground = scene.add_material("ground", Lambertian { diffuse: Vec3::new(0.42, 0.38, 0.28) });
     let mut mesh = terrain(grid, balls);
     mesh.material = ground;
     if let Some(first) = mesh.groups.get(1).map(|group| group.first as usize) {
-        let ball = MaterialDescription::Phong(PhongDescription {
+        let ball = Phong {
             diffuse: Vec3::new(0.65, 0.16, 0.10),
             specular: Vec3::splat(0.3),
             shininess: 60.0,
-            ..PhongDescription::default()
-        });
+            ..Phong::default()
+        };
         let ball = scene.add_material("balls", ball);
         mesh.materials = vec![ground; first];
         mesh.materials.resize(mesh.triangles.len(), ball);
     }
-    scene.objects.push(Object::Mesh(Arc::new(mesh)));
-    scene.lights.push(point_light([25.0, 40.0, 80.0]));
+    scene.add(mesh);
+    scene.add_light(point_light([25.0, 40.0, 80.0]));
     scene.view = Some(view([50.0, 45.0, 5.0], [50.0, 5.0, 45.0], 0.4));
     scene
 }
@@ -80,22 +79,22 @@ fn atrium_scene() -> SceneDescription {
         ("balls", Vec3::new(0.25, 0.40, 0.55)),
     ];
     for (group, (name, diffuse)) in mesh.groups.iter().zip(colors) {
-        let material = scene.add_material(name, MaterialDescription::Lambertian { diffuse });
+        let material = scene.add_material(name, Lambertian { diffuse });
         mesh.materials.resize((group.first + group.count) as usize, material);
     }
-    scene.objects.push(Object::Mesh(Arc::new(mesh)));
-    scene.lights.push(point_light([30.0, 12.0, 12.0]));
+    scene.add(mesh);
+    scene.add_light(point_light([30.0, 12.0, 12.0]));
     scene.view = Some(view([4.0, 5.0, 12.0], [40.0, 5.5, 12.5], 0.7));
     scene
 }
 
 fn csafe_scene() -> SceneDescription {
     let mut scene = SceneDescription::default();
-    let grain = scene.add_material("grain", MaterialDescription::Lambertian { diffuse: Vec3::new(0.75, 0.55, 0.30) });
+    let grain = scene.add_material("grain", Lambertian { diffuse: Vec3::new(0.75, 0.55, 0.30) });
     let mut spheres = csafe(2_800_000);
     spheres.material = grain;
-    scene.objects.push(Object::Spheres(Arc::new(spheres)));
-    scene.lights.push(point_light([0.5, 3.0, 2.5]));
+    scene.add(spheres);
+    scene.add_light(point_light([0.5, 3.0, 2.5]));
     scene.view = Some(view([1.7, 1.3, 2.4], [0.5, 0.5, 0.5], 0.30));
     scene
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use mobula_core::lab::{Entry, KERNELS, Plan, Row, WIDTHS};
-use mobula_simd::{AnyToken, Level, clock};
+use mobula_core::simd::{AnyToken, Level, clock};
 use plotters::prelude::*;
 
 /// What `mobula kernels` may be told.
@@ -143,7 +143,7 @@ impl Bench {
 }
 
 fn scalar() -> AnyToken {
-    AnyToken::Scalar(mobula_simd::Scalar::new())
+    AnyToken::Scalar(mobula_core::simd::Scalar::new())
 }
 
 /// The rate of the clock that kernels are timed with.

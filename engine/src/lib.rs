@@ -1,15 +1,10 @@
 //! The engine of Mobula: a parallel pipeline around a rendering stack of interchangeable components, after Bigler, Stephens
 //! and Parker, "Design for Parallel Interactive Ray Tracing Systems" (2006). The crate's binary is the `mobula` command.
 //!
-//! | paper | module |
-//! |---|---|
-//! | 5.2 the pipeline, its barrier and stages | [`pipeline`], [`display`], [`image`] |
-//! | 5.3 transactions and callbacks | [`pipeline`] |
-//! | 5.4 the rendering stack | [`stack`] has the traits; [`traverse`], [`balance`], [`sampler`], [`camera`], [`renderer`], [`accel`], [`material`], [`light`], [`background`] the components |
-//! | what is rendered | [`scene`], [`load`], [`generate`], [`builtin`] |
-//! | all of it behind one call, or taken apart | [`app`], [`prelude`] |
+//! The paper's section 5.2 and 5.3 (the pipeline, its barrier and stages, transactions and callbacks) are in [`pipeline`], 5.4 (the rendering
+//! stack) in [`stack`], which has the traits, and in the modules of its components.
 //!
-//! Ray packets and kernels are [`mobula_core`]'s, lanes and levels [`mobula_simd`]'s. A whole frame:
+//! Ray packets and kernels are [`mobula_core`]'s, lanes and levels [`mobula_core::simd`]'s. A whole frame:
 //!
 //! ```
 //! use mobula::app::{self, Settings};
@@ -22,6 +17,41 @@
 //! assert_eq!(picture.to_rgba8().len(), 40 * 30 * 4);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Map
+//!
+//! Each module uses only what stands below it in this table.
+//!
+//! | module | idea |
+//! |---|---|
+//! | [`prelude`] | what a program with components of its own names |
+//! | `kernels` | the `mobula kernels` command: with the features `cli` and `kernels` |
+//! | [`scale`] | how rendering scales: measured, and projected to more processors |
+//! | [`display`] | where pictures go: PNG files, two eyes in one picture, a window |
+//! | [`app`] | from a scene description to a pipeline that renders it |
+//! | [`builtin`], [`generate`] | scenes from no file |
+//! | [`load`] | files from strangers become scene descriptions |
+//! | [`scene`] | what is in a scene, and the scene made ready to be rendered |
+//! | [`renderer`] | what is computed for a packet of rays |
+//! | [`sampler`] | which rays a pixel gets, and in which packets |
+//! | [`camera`] | rays from image coordinates |
+//! | [`material`] | what colours the rays that hit something |
+//! | [`light`], [`background`] | what reaches points; what colours the rays that hit nothing |
+//! | [`shading`] | what materials share: points to shade, shadows, rays that go on |
+//! | [`medium`] | what is between surfaces |
+//! | [`stack`] | the traits of the rendering stack, and the scene that they meet |
+//! | [`geometry`] | what rays can hit, one file a kind; the structures that find hits |
+//! | `scratch` | packets and columns that a thread uses again |
+//! | [`packet`] | packets whose width is a number, and the table of widths |
+//! | [`accel`] | which acceleration structure is built, and by which threads |
+//! | [`traverse`] | image traversers: in which order the parts of a picture are rendered |
+//! | [`pipeline`] | threads, stages, transactions, callbacks; knows nothing of rays |
+//! | [`balance`] | load balancers: who gets which part of a frame's work |
+//! | [`image`] | frame buffers |
+//! | [`color`] | from linear colours to bytes |
+//! | [`view`] | where a camera stands and looks |
+//! | [`choice`] | components that are chosen by name |
+//! | [`math`] | arithmetic whose bits depend on no platform |
 
 pub mod accel;
 pub mod app;
@@ -33,13 +63,16 @@ pub mod choice;
 pub mod color;
 pub mod display;
 pub mod generate;
+pub mod geometry;
 pub mod image;
-#[cfg(feature = "kernels")]
+#[cfg(all(feature = "cli", feature = "kernels"))]
 pub mod kernels;
 pub mod light;
 pub mod load;
 pub mod material;
 pub mod math;
+pub mod medium;
+pub mod packet;
 pub mod pipeline;
 pub mod prelude;
 pub mod renderer;
@@ -47,5 +80,7 @@ pub mod sampler;
 pub mod scale;
 pub mod scene;
 mod scratch;
+pub mod shading;
 pub mod stack;
 pub mod traverse;
+pub mod view;

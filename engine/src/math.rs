@@ -15,8 +15,17 @@ pub fn pow(base: f32, exponent: f32) -> f32 {
     if power < -126.0 { 0.0 } else { exp2(power) as f32 }
 }
 
-/// Logarithm of a positive normal number: the exponent, and `ln m = 2 artanh((m - 1) / (m + 1))` of the mantissa.
-fn log2(x: f64) -> f64 {
+/// `exp(-x)`; relative error below 1e-6. 1 for a NaN or what is not above 0, 0 where it is no normal number any more.
+pub fn exp_minus(x: f32) -> f32 {
+    if x.is_nan() || x <= 0.0 {
+        return 1.0;
+    }
+    let power = -f64::from(x) * core::f64::consts::LOG2_E;
+    if power < -126.0 { 0.0 } else { exp2(power) as f32 }
+}
+
+/// Logarithm to base 2 of a positive normal number: the exponent, and `ln m = 2 artanh((m - 1) / (m + 1))` of the mantissa.
+pub(crate) fn log2(x: f64) -> f64 {
     let bits = x.to_bits();
     // Split so that the mantissa is in [sqrt(1/2), sqrt(2)): |s| <= 0.172, and the next term is below 1e-10.
     let shifted = bits.wrapping_sub(0x3fe6_a09e_667f_3bcd);
@@ -29,7 +38,7 @@ fn log2(x: f64) -> f64 {
 }
 
 /// 2 to the power of a number in -1000..=1000: the exponent's whole part, and a Taylor series on [-1/2, 1/2].
-fn exp2(x: f64) -> f64 {
+pub(crate) fn exp2(x: f64) -> f64 {
     let whole = (x + 0.5).floor();
     let y = (x - whole) * core::f64::consts::LN_2;
     let mut series = 1.0;
@@ -84,6 +93,13 @@ mod tests {
         }
 
         #[test]
+        fn exp_minus_is_close_to_the_exact_value(x in 0.0_f32..100.0) {
+            let exact = (-f64::from(x)).exp();
+            let got = f64::from(exp_minus(x));
+            prop_assert!((got - exact).abs() <= 1e-6 * exact + 1e-37, "{} for {}", got, exact);
+        }
+
+        #[test]
         fn any_vector_is_normalized(v in [-1e300_f64..1e300, -1e-300..1e-300, -1.0..1.0]) {
             let length = normalize_or(v, Vec3::X).length();
             prop_assert!((length - 1.0).abs() < 1e-6);
@@ -94,6 +110,12 @@ mod tests {
     fn pow_at_the_ends() {
         assert_eq!([pow(0.0, 5.0), pow(f32::NAN, 5.0), pow(-1.0, 5.0), pow(1e-40, 10.0)], [0.0; 4]);
         assert_eq!([pow(1.0, 5.0), pow(0.0, 0.0), pow(2.0, 3.0)], [1.0; 3]);
+    }
+
+    #[test]
+    fn exp_minus_at_the_ends() {
+        assert_eq!([0.0, -1.0, f32::NAN, f32::NEG_INFINITY].map(exp_minus), [1.0; 4]);
+        assert_eq!([f32::INFINITY, 1e30, 90.0].map(exp_minus), [0.0; 3]);
     }
 
     #[test]

@@ -4,11 +4,11 @@
 pub use std::sync::Arc;
 
 pub use glam::Vec3;
-pub use mobula_core::{RayPacket, SubPacket, rays::set_vec3};
-pub use mobula_simd::AnyToken;
+pub use mobula_core::simd::AnyToken;
 
 pub use crate::app::Components;
 pub use crate::image::Size;
+pub use crate::packet::{Packet, SubPacket, set_vec3, vec3};
 pub use crate::pipeline::{Config, Display, DisplayStage, Handle, Picture, Pipeline, Shown, display};
 pub use crate::scene::{Scene, SceneDescription};
 pub use crate::stack::{Background, Camera, Context, Light, Material, PixelSampler, Renderer};

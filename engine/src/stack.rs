@@ -1,32 +1,39 @@
-//! The rendering stack: the traits of its interchangeable components (paper 5.4, Figure 5).
+//! The rendering stack: the traits of its interchangeable components (paper 5.4, Figure 5), and the scene that they meet.
 //!
-//! image traverser -> load balancer -> pixel sampler -> renderer -> acceleration structure -> material / background.
-//! Every component is chosen at run time and called once per packet or fragment, never once per ray. `N` is the packet
-//! width, fixed at compile time; everything above the pixel sampler does not know it.
+//! image traverser -> load balancer -> pixel sampler -> renderer -> acceleration structure -> material / background / medium.
+//! Every component is chosen at run time and called once per packet or fragment, never once per ray. None depends on the packet
+//! width: they see columns, as slices with one row a ray.
 
-use core::ops::Range;
+use std::any::Any;
 use std::cell::Cell;
+use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::Vec3;
-use mobula_core::rays::{set_vec3, vec3};
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::OPAQUE;
 use mobula_core::traverse::Paths;
-use mobula_core::{AnyHitPacket, Column, Columns3, RayPacket, SubPacket};
-use mobula_simd::AnyToken;
 
+use crate::geometry::{Depths, Geometries};
 use crate::image::FrameBuffer;
-use crate::scene::{Geometry, Scene};
+use crate::packet::{AnyHitPacket, Column, Columns3, Packet, SubPacket, columns3, optical_depth};
+use crate::pipeline::fault::scope;
+use crate::scratch::ForWidth;
 pub use crate::traverse::Fragment;
+use crate::view::{Up, View};
 
 /// What a thread carries through the stack while it renders a fragment: nothing above the renderer, the renderer and
 /// all that it needs below.
 #[derive(Clone, Copy)]
-pub struct Context<'a, const N: usize> {
+pub struct Context<'a> {
     /// The level whose kernels run.
     pub token: AnyToken,
+    /// Rays in a packet; at most [`PacketWidth::WIDEST`](crate::packet::PacketWidth::WIDEST).
+    pub width: usize,
     /// What is rendered.
-    pub scene: &'a Scene<N>,
+    pub scene: &'a Scene,
     /// Who traces secondary rays.
-    pub renderer: &'a dyn Renderer<N>,
+    pub renderer: &'a dyn Renderer,
     /// This thread's counters.
     pub statistics: &'a Statistics,
     /// The number of the frame: samplers jitter by it. Keep it at 0 for pictures that must repeat.
@@ -47,10 +54,10 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Counts the active rays of a packet that a renderer is about to trace.
-    pub fn count_rays<const N: usize>(&self, packet: &RayPacket<N>) {
+    /// Counts the rays of a packet that a renderer is about to trace.
+    pub fn count_rays(&self, packet: &Packet) {
         let counter = if packet.depth == 0 { &self.primary } else { &self.secondary };
-        counter.set(counter.get() + packet.range().len() as u64);
+        counter.set(counter.get() + packet.len() as u64);
     }
 
     /// Adds another thread's counters.
@@ -71,104 +78,242 @@ impl Statistics {
     }
 }
 
-/// Turns pixels into samples, samples into rays, and their colours into pixels. Packets live on its stack frame.
-pub trait PixelSampler<const N: usize>: Send + Sync {
+/// Turns pixels into samples, samples into rays, and their colours into pixels.
+pub trait PixelSampler: Send + Sync {
     /// Renders the pixels of `fragment` into `out`.
-    fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer);
+    fn render_fragment(&self, context: &Context<'_>, camera: &dyn Camera, fragment: Fragment, out: &FrameBuffer);
 }
 
 /// Makes rays from image coordinates.
-pub trait Camera<const N: usize>: Send + Sync {
-    /// Fills origins and directions of the active rays from `packet.image` (pixels, of an image of `size`), and sets the
-    /// properties that hold. A sampler whose samples are a rectangle with a sample in each corner sets
-    /// [`HAVE_CORNER_RAYS`](mobula_core::Properties::HAVE_CORNER_RAYS) before; a camera under which the corner rays of
-    /// such a rectangle bound all others keeps it, any other clears it.
-    fn make_rays(&self, context: &Context<'_, N>, size: [u32; 2], packet: &mut RayPacket<N>);
+pub trait Camera: Send + Sync {
+    /// Fills origins and directions of the rays from `packet.image` (pixels, of an image of `size`), and sets the properties that
+    /// hold. What it makes of a sample must depend on that sample alone, and be the same bits at every level.
+    fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet);
 }
 
 /// Traces a packet whose rays are there, and leaves a colour in each (paper Figure 6).
-pub trait Renderer<const N: usize>: Send + Sync {
-    /// Traces the active rays and writes `packet.color` for each of them.
-    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>);
+pub trait Renderer: Send + Sync {
+    /// Traces the rays and writes `packet.color` for each of them.
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet);
 }
-
-/// Finds hits. What the surface is like there, the scene's [`Geometry`] knows.
-pub trait AccelerationStructure<const N: usize>: Send + Sync {
-    /// Lowers `t_max` of each active ray to its nearest hit and sets the primitive there. On equal distance the lower
-    /// primitive id wins. The material is the scene's to fill in.
-    fn intersect(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>);
-
-    /// Sets `t_max` of each active ray that hits anything to `-inf`.
-    fn occlude(&self, context: &Context<'_, N>, packet: &mut AnyHitPacket<N>);
-
-    /// Follows primitives that moved: the same ids, at new places. Much cheaper than to build anew, but rays get slower
-    /// the more the primitives have changed places. What is not finite or has no area now is left out until it has.
-    ///
-    /// # Errors
-    /// [`NeedsRebuild`] if there are other primitives, or some that were left out when it was built; then nothing has
-    /// changed.
-    fn refit(&mut self, geometry: &Geometry) -> Result<(), NeedsRebuild>;
-
-    /// Least and greatest corner of everything in it; `(inf, -inf)` when empty.
-    fn bounds(&self) -> (Vec3, Vec3);
-}
-
-/// An acceleration structure cannot follow: primitives have come or gone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the scene has other primitives than its acceleration structure was built over: build it anew")]
-pub struct NeedsRebuild;
 
 /// Colours hits.
-pub trait Material<const N: usize>: Send + Sync {
+pub trait Material: Any + Debug + Send + Sync {
     /// Writes the colour of every ray of the sub-packet: all hit this material.
-    fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>);
+    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>);
 
     /// One colour that stands for it, unlit: what a renderer without lights shows.
     fn base_color(&self) -> Vec3;
+
+    /// The fraction of the light towards a surface that it stops, 0 to 1: what is behind gets the rest. Asked when the material is put
+    /// into the scene.
+    fn opacity(&self) -> f32 {
+        1.0
+    }
+
+    /// What it looks like, in a few words for people.
+    fn describe(&self) -> String;
+}
+
+impl dyn Material {
+    /// The material as what it is, if it is of that type.
+    pub fn downcast_ref<M: Material>(&self) -> Option<&M> {
+        (self as &dyn Any).downcast_ref()
+    }
 }
 
 /// Colours rays that hit nothing.
-pub trait Background<const N: usize>: Send + Sync {
+pub trait Background: Any + Debug + Send + Sync {
     /// Writes the colour of every ray of the sub-packet: none hit anything.
-    fn shade(&self, context: &Context<'_, N>, misses: &mut SubPacket<'_, N>);
+    fn shade(&self, context: &Context<'_>, misses: &mut SubPacket<'_>);
 }
 
-/// What reaches a set of points from a light.
-#[derive(Clone, Debug, Default)]
-pub struct Illumination<const N: usize> {
+/// What reaches a set of points from a light: one row a point.
+#[derive(Clone, Debug)]
+pub struct Illumination {
     /// Unit vectors from the points to the light.
-    pub direction: Columns3<N>,
+    pub direction: Columns3,
     /// Radiance that arrives, linear RGB.
-    pub radiance: Columns3<N>,
+    pub radiance: Columns3,
     /// Distance to the light, infinite for a directional one.
-    pub distance: Column<f32, N>,
+    pub distance: Column<f32>,
 }
 
-impl<const N: usize> Illumination<N> {
-    /// Unit vector from point `i` to the light.
-    #[inline(always)]
-    pub fn direction(&self, i: usize) -> Vec3 {
-        vec3(&self.direction, i)
-    }
-
-    /// Radiance that arrives at point `i`.
-    #[inline(always)]
-    pub fn radiance(&self, i: usize) -> Vec3 {
-        vec3(&self.radiance, i)
-    }
-
-    /// Sets the radiance that arrives at point `i`.
-    #[inline(always)]
-    pub fn set_radiance(&mut self, i: usize, radiance: Vec3) {
-        set_vec3(&mut self.radiance, i, radiance);
+impl ForWidth for Illumination {
+    fn for_width(width: usize) -> Self {
+        Self { direction: columns3(width), radiance: columns3(width), distance: Column::new(width) }
     }
 }
 
 /// Lights points.
-pub trait Light<const N: usize>: Send + Sync {
-    /// Fills the rows `range` of `out` for the points of the same rows, as if nothing were in the way.
-    fn illuminate(&self, points: &Columns3<N>, range: Range<usize>, out: &mut Illumination<N>);
+pub trait Light: Any + Debug + Send + Sync {
+    /// Fills a row of `out` for each of the points, as if nothing were in the way.
+    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination);
 
     /// The point that all its light comes from, if there is one: shadow rays then start there and share an origin.
     fn position(&self) -> Option<Vec3>;
+}
+
+/// Light that comes from everywhere, without shadows.
+pub trait AmbientLight: Any + Debug + Send + Sync {
+    /// Fills a row of `out` with the radiance that a surface gets, for each of the unit `normals`. `up` points up.
+    fn illuminate(&self, up: Vec3, normals: [&[f32]; 3], out: [&mut [f32]; 3]);
+}
+
+/// Parts of rays, one row each: `origin + t * direction` for t from `t0` to `t1`, which may be infinite.
+#[derive(Clone, Copy, Debug)]
+pub struct Segments<'a> {
+    /// Where the rays start.
+    pub origins: [&'a [f32]; 3],
+    /// Where they go.
+    pub directions: [&'a [f32]; 3],
+    /// Where the segments begin, in lengths of the directions.
+    pub t0: &'a [f32],
+    /// Where they end.
+    pub t1: &'a [f32],
+}
+
+/// What is between surfaces. What it says of a segment must depend on that segment alone, and be the same bits at every level.
+pub trait Medium: Any + Debug + Send + Sync {
+    /// For each segment: the radiance that the medium adds, as it arrives at the beginning, linear RGB; and the fraction of the light
+    /// from the end that arrives there.
+    fn march(&self, segments: &Segments<'_>, radiance: [&mut [f32]; 3], transmittance: &mut [f32]);
+
+    /// For each segment, the fraction of the light that gets through.
+    fn transmittance(&self, segments: &Segments<'_>, out: &mut [f32]);
+}
+
+/// A material and what people call it.
+#[derive(Clone, Debug)]
+pub struct NamedMaterial {
+    /// Its name.
+    pub name: String,
+    /// The material.
+    pub material: Arc<dyn Material>,
+}
+
+/// The materials of a scene, by index.
+#[derive(Clone, Debug)]
+pub struct Materials {
+    list: Vec<NamedMaterial>,
+    /// What faults in them are called.
+    scopes: Vec<String>,
+    /// How deep their surfaces are for light that wants through.
+    depths: Vec<u32>,
+    /// Does any let light through?
+    transparent: bool,
+}
+
+impl Materials {
+    /// These materials; the last is the default one, which every index that is out of range means.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn new(list: Vec<NamedMaterial>) -> Self {
+        assert!(!list.is_empty(), "there is a default material");
+        let scopes = list.iter().map(|named| format!("material {}", named.name)).collect();
+        let depths: Vec<u32> = list.iter().map(|named| optical_depth(named.material.opacity())).collect();
+        let transparent = depths.iter().any(|&depth| depth < OPAQUE);
+        Self { list, scopes, depths, transparent }
+    }
+
+    /// The index of the default material.
+    pub fn last(&self) -> u32 {
+        (self.list.len() - 1) as u32
+    }
+
+    /// All of them.
+    pub fn list(&self) -> &[NamedMaterial] {
+        &self.list
+    }
+
+    /// The material of an index.
+    pub fn get(&self, index: u32) -> &dyn Material {
+        &*self.list[index.min(self.last()) as usize].material
+    }
+
+    /// Replaces a material. Does nothing if there is no such index.
+    pub fn set(&mut self, index: u32, material: Arc<dyn Material>) {
+        if let Some(place) = self.list.get_mut(index as usize) {
+            self.depths[index as usize] = optical_depth(material.opacity());
+            self.transparent = self.depths.iter().any(|&depth| depth < OPAQUE);
+            place.material = material;
+        }
+    }
+
+    fn depth(&self, index: u32) -> u32 {
+        self.depths[index.min(self.last()) as usize]
+    }
+}
+
+/// All that rays meet: geometry, materials, lights, background. Any of it may be replaced between frames.
+#[derive(Debug)]
+pub struct Scene {
+    /// What rays hit.
+    pub geometry: Geometries,
+    /// What its surfaces look like.
+    pub materials: Materials,
+    /// Where light comes from.
+    pub lights: Vec<Arc<dyn Light>>,
+    /// Light that comes from everywhere.
+    pub ambient: Arc<dyn AmbientLight>,
+    /// What is seen where nothing is.
+    pub background: Arc<dyn Background>,
+    /// What is between surfaces; `None`: nothing.
+    pub medium: Option<Arc<dyn Medium>>,
+    /// Are lights tested for what stands before them?
+    pub shadows: bool,
+    /// Which way is up.
+    pub up: Up,
+    /// Where to look from; `None` frames everything.
+    pub view: Option<View>,
+}
+
+impl Scene {
+    /// Finds the nearest hit of each ray, and splits the packet into runs of one geometry and material.
+    pub fn intersect(&self, context: &Context<'_>, packet: &mut Packet) {
+        packet.rays().check();
+        let last = self.materials.last();
+        let paths = scope("acceleration structure", || self.geometry.intersect(context.token, packet, last));
+        context.statistics.count_paths(paths);
+    }
+
+    /// Finds which rays get through: those whose `t_max` is not `-inf` afterwards. Surfaces that let a part of the light through
+    /// leave their [optical depth](AnyHitPacket::depths).
+    pub fn occlude(&self, context: &Context<'_>, packet: &mut AnyHitPacket) {
+        packet.rays().check();
+        let depth = |geometry: u32, primitive: u32| {
+            let mut material = [0];
+            let all = self.geometry.get(geometry).materials(&[primitive], &mut material);
+            self.materials.depth(all.unwrap_or(material[0]))
+        };
+        let depths: Option<&Depths<'_>> = if self.materials.transparent { Some(&depth) } else { None };
+        let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, depths));
+        context.statistics.count_paths(paths);
+    }
+
+    /// Colours the rays of a packet, run by run: by their materials, or by the background.
+    pub fn shade(&self, context: &Context<'_>, packet: &mut Packet) {
+        for run in 0..packet.runs().len() {
+            match packet.runs()[run].hit {
+                None => scope("background", || self.background.shade(context, &mut packet.sub_packet(run, None))),
+                Some((geometry, material)) => {
+                    let name = &self.materials.scopes[material as usize];
+                    let hits = &mut packet.sub_packet(run, Some(self.geometry.get(geometry)));
+                    scope(name, || self.materials.get(material).shade(context, hits));
+                }
+            }
+        }
+    }
+
+    /// Where to look from, for an image whose width is `aspect` times its height: as the scene says, or so that
+    /// everything is seen.
+    pub fn view(&self, aspect: f32) -> View {
+        self.view.unwrap_or_else(|| self.framed(aspect))
+    }
+
+    /// The view that shows everything.
+    pub fn framed(&self, aspect: f32) -> View {
+        View::frame_points(|visit| self.geometry.extremes(visit), self.geometry.bounds(), self.up, aspect)
+    }
 }

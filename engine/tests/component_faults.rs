@@ -2,28 +2,25 @@
 //! names it, within a second, and another engine of the process renders what it always does.
 
 use std::error::Error;
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use mobula::accel::AccelerationKind;
-use mobula::app::{self, Components, Settings, Stack};
+use mobula::app::{self, Components, Settings};
 use mobula::camera::View;
 use mobula::image::{FrameBuffer, Size};
+use mobula::packet::{Packet, SubPacket};
 use mobula::pipeline::{Config, Display, DisplayStage, Fault, Picture, Shown};
-use mobula::scene::Scene;
+use mobula::scene::build;
 use mobula::stack::{Background, Camera, Context, Fragment, Illumination, Light, Material, PixelSampler, Renderer};
-use mobula_core::{Columns3, RayPacket, SubPacket};
 use mobula_simd::AnyToken;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
-const N: usize = 64;
-
 /// Panics when it has been called so often, and notes when. Calls come from all threads, so any of them may be struck.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Bomb(Arc<AtomicU64>, Arc<OnceLock<Instant>>);
 
 impl Bomb {
@@ -40,40 +37,41 @@ impl Bomb {
 }
 
 /// A component that works until its bomb goes off.
+#[derive(Debug)]
 struct Frail<T: ?Sized>(Bomb, Arc<T>);
 
-impl Camera<N> for Frail<dyn Camera<N>> {
-    fn make_rays(&self, context: &Context<'_, N>, size: [u32; 2], packet: &mut RayPacket<N>) {
+impl Camera for Frail<dyn Camera> {
+    fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet) {
         self.0.tick();
         self.1.make_rays(context, size, packet);
     }
 }
 
-impl PixelSampler<N> for Frail<dyn PixelSampler<N>> {
-    fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer) {
+impl PixelSampler for Frail<dyn PixelSampler> {
+    fn render_fragment(&self, context: &Context<'_>, camera: &dyn Camera, fragment: Fragment, out: &FrameBuffer) {
         self.0.tick();
         self.1.render_fragment(context, camera, fragment, out);
     }
 }
 
-impl Renderer<N> for Frail<dyn Renderer<N>> {
-    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
+impl Renderer for Frail<dyn Renderer> {
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet) {
         self.0.tick();
         self.1.trace(context, packet);
     }
 }
 
-impl Background<N> for Frail<dyn Background<N>> {
-    fn shade(&self, context: &Context<'_, N>, misses: &mut SubPacket<'_, N>) {
+impl Background for Frail<dyn Background> {
+    fn shade(&self, context: &Context<'_>, misses: &mut SubPacket<'_>) {
         self.0.tick();
         self.1.shade(context, misses);
     }
 }
 
-impl Light<N> for Frail<dyn Light<N>> {
-    fn illuminate(&self, points: &Columns3<N>, range: Range<usize>, out: &mut Illumination<N>) {
+impl Light for Frail<dyn Light> {
+    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination) {
         self.0.tick();
-        self.1.illuminate(points, range, out);
+        self.1.illuminate(points, out);
     }
 
     fn position(&self) -> Option<Vec3> {
@@ -82,12 +80,17 @@ impl Light<N> for Frail<dyn Light<N>> {
 }
 
 /// A material that is one colour.
+#[derive(Debug)]
 struct Plain(Bomb);
 
-impl Material<N> for Plain {
-    fn shade(&self, _: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
+impl Material for Plain {
+    fn shade(&self, _: &Context<'_>, hits: &mut SubPacket<'_>) {
         self.0.tick();
-        hits.range().for_each(|i| hits.set_color(i, Vec3::ONE));
+        hits.fill_color(Vec3::ONE);
+    }
+
+    fn describe(&self) -> String {
+        "plain".to_owned()
     }
 
     fn base_color(&self) -> Vec3 {
@@ -113,7 +116,7 @@ fn strike(component: &str, calls: u64, threads: usize) -> (Fault, Duration) {
     let bomb = Bomb::new(calls);
     let exploded = Arc::clone(&bomb.1);
     let scene = mobula::generate::generate("gen:terr20k").expect("a known scene");
-    let scene = Scene::<N>::build(&scene, AccelerationKind::Bvh).expect("few triangles");
+    let scene = build(&scene, AccelerationKind::Bvh).expect("few triangles");
     let mut parts = Components::new(AnyToken::detect(), scene, 1.5);
     let never = Bomb::new(u64::MAX);
     let mut display = never.clone();
@@ -130,7 +133,7 @@ fn strike(component: &str, calls: u64, threads: usize) -> (Fault, Duration) {
         "frail display" => display = bomb,
         _ => {
             for index in 0..16 {
-                parts.scene.set_material(index, Arc::new(Plain(bomb.clone())));
+                parts.scene.materials.set(index, Arc::new(Plain(bomb.clone())));
             }
         }
     }
@@ -140,7 +143,7 @@ fn strike(component: &str, calls: u64, threads: usize) -> (Fault, Duration) {
     let fault = pipeline.run(1000).expect_err("the bomb goes off");
     let after = exploded.get().expect("the bomb noted it").elapsed();
     assert_eq!(pipeline.run(1).expect_err("it is finished"), fault);
-    assert_eq!(pipeline.into_state().packet_width(), N, "the state survives");
+    assert_eq!(pipeline.into_state().token, AnyToken::detect(), "the state survives");
     (fault, after)
 }
 

@@ -4,8 +4,9 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use mobula::geometry::{Mesh, NO_INDEX};
 use mobula::load::{LoadError, Loaded, load};
-use mobula::scene::{MaterialDescription, Mesh, NO_INDEX, Object};
+use mobula::material::{Lambertian, Phong};
 
 /// A folder of its own for each test, removed at its end.
 struct Folder(PathBuf);
@@ -42,10 +43,8 @@ impl Drop for Folder {
 }
 
 fn mesh(loaded: &Loaded) -> &Mesh {
-    match &loaded.scene.objects[..] {
-        [Object::Mesh(mesh)] => mesh,
-        other => panic!("{other:?}"),
-    }
+    let [geometry] = &loaded.scene.geometry[..] else { panic!("{:?}", loaded.scene.geometry) };
+    geometry.downcast_ref().expect("a mesh")
 }
 
 fn gzip(bytes: &[u8]) -> Vec<u8> {
@@ -104,11 +103,11 @@ fn groups_materials_normals_and_polygons() {
     assert_eq!(mesh.triangle_texture_coordinates[3], [NO_INDEX; 3]);
     let [red, glass] = &loaded.scene.materials[..] else { panic!("{:?}", loaded.scene.materials) };
     assert_eq!(red.name, "red");
-    assert!(matches!(red.material, MaterialDescription::Lambertian { diffuse } if diffuse.to_array() == [1., 0., 0.]));
-    assert!(matches!(&glass.material, MaterialDescription::Phong(p) if p.transparency == 0.75));
+    assert_eq!(red.material.downcast_ref::<Lambertian>().unwrap().diffuse.to_array(), [1., 0., 0.]);
+    assert_eq!(glass.material.downcast_ref::<Phong>().unwrap().transparency, 0.75);
     let report = &loaded.report;
-    assert_eq!((report.vertices, report.faces, report.triangles, report.groups), (5, 4, 5, 2));
-    assert_eq!(report.bounds, Some([[0., 0., 0.], [1., 1., 1.]]));
+    assert_eq!(["vertices", "faces", "triangles", "groups"].map(|key| report.census.count(key)), [5, 4, 5, 2]);
+    assert_eq!(report.bounds(), Some([[0., 0., 0.], [1., 1., 1.]]));
     assert_eq!(report.warnings.len(), 2, "{:?}", report.warnings);
 }
 
@@ -118,7 +117,7 @@ fn gzip_is_known_by_content() {
     let packed = gzip(TWO_PARTS.as_bytes());
     for name in ["a.obj.gz", "a.obj", "a.gz", "a"] {
         let loaded = load(&folder.write(name, &packed)).unwrap();
-        assert_eq!(loaded.report.triangles, 5);
+        assert_eq!(loaded.report.census.count("triangles"), 5);
         assert_eq!(loaded.report.format, "OBJ, gzip");
     }
 }
@@ -148,9 +147,8 @@ fn a_broken_mtl_names_its_line() {
     // One number means grey; unknown statements, texture maps and spectral colours are left out.
     folder.write("test.mtl", "newmtl red\nKd 0.5\nKs spectral a.rfl\nmap_Kd\nbump\nillum 900\nTf 1 1 1\nKE 0 0 0");
     let loaded = folder.load(TWO_PARTS).unwrap();
-    assert!(
-        matches!(loaded.scene.materials[0].material, MaterialDescription::Lambertian { diffuse } if diffuse.y == 0.5)
-    );
+    let grey = loaded.scene.materials[0].material.downcast_ref::<Lambertian>();
+    assert_eq!(grey.map(|material| material.diffuse.y), Some(0.5));
 }
 
 #[test]
@@ -251,8 +249,9 @@ fn vertices_that_are_not_finite_are_counted() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nv 1e999 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 3 5\nf 1 1 2\n";
     let loaded = folder.load(text).unwrap();
     let report = &loaded.report;
-    assert_eq!((report.triangles, report.non_finite_triangles, report.degenerate_triangles), (5, 2, 1));
-    assert_eq!(report.bounds, Some([[0., 0., 0.], [1., 1., 0.]]));
+    let keys = ["triangles", "non_finite_triangles", "degenerate_triangles"];
+    assert_eq!(keys.map(|key| report.census.count(key)), [5, 2, 1]);
+    assert_eq!(report.bounds(), Some([[0., 0., 0.], [1., 1., 0.]]));
     assert!(report.warnings[0].contains("test.obj:4: 2 vertices are not finite"), "{:?}", report.warnings);
 }
 
@@ -265,7 +264,7 @@ fn odd_but_legal_lines() {
     assert_eq!(loaded.report.warnings, [] as [String; 0], "{:?}", loaded.report.warnings);
     // Faces before their vertices are legal.
     let loaded = folder.load("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap();
-    assert_eq!(loaded.report.triangles, 1);
+    assert_eq!(loaded.report.census.count("triangles"), 1);
 }
 
 #[test]

@@ -6,20 +6,18 @@ use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 use mobula::accel::AccelerationKind;
-use mobula::app::{Components, Stack};
+use mobula::app::{Components, PacketWidth};
 use mobula::balance::BalancerKind;
 use mobula::camera::View;
 use mobula::image::{FrameBuffer, Size};
+use mobula::packet::{Packet, SubPacket, vec3};
 use mobula::pipeline::{Config, Frame, Handle, Pipeline};
 use mobula::renderer::RendererKind;
-use mobula::scene::{Geometry, Object, Scene, SceneDescription, Spheres};
+use mobula::scene::{SceneDescription, Spheres, build};
 use mobula::stack::{Context, Fragment, Material, Renderer, Statistics};
 use mobula::traverse::{RenderStage, TileSize, TraverserKind};
-use mobula_core::{RayPacket, SubPacket};
 use mobula_simd::AnyToken;
 use proptest::prelude::*;
-
-const N: usize = 16;
 
 /// Packets that were looked at.
 static LOOKED: AtomicU64 = AtomicU64::new(0);
@@ -29,15 +27,20 @@ static LOOKED: AtomicU64 = AtomicU64::new(0);
 struct World {
     version: u16,
     spheres: usize,
-    parts: Components<N>,
+    parts: Components,
 }
 
 /// A colour that says which version it is of.
+#[derive(Debug)]
 struct Paint(u16);
 
-impl Material<N> for Paint {
-    fn shade(&self, _: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        hits.range().for_each(|i| hits.set_color(i, self.base_color()));
+impl Material for Paint {
+    fn shade(&self, _: &Context<'_>, hits: &mut SubPacket<'_>) {
+        hits.fill_color(self.base_color());
+    }
+
+    fn describe(&self) -> String {
+        format!("paint of version {}", self.0)
     }
 
     fn base_color(&self) -> Vec3 {
@@ -48,13 +51,13 @@ impl Material<N> for Paint {
 /// Renders as primary rays do, and checks that camera, material and renderer are of one version.
 struct Watch(u16);
 
-impl Renderer<N> for Watch {
-    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
-        static PRIMARY: OnceLock<Arc<dyn Renderer<N>>> = OnceLock::new();
-        let eye = packet.ray(packet.range().start).0;
+impl Renderer for Watch {
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet) {
+        static PRIMARY: OnceLock<Arc<dyn Renderer>> = OnceLock::new();
+        let eye = vec3(&packet.rays().origins(), 0);
         assert_eq!(eye, view(self.0).eye, "the camera is of another version than the renderer");
         assert_eq!(
-            context.scene.material(0).base_color(),
+            context.scene.materials.get(0).base_color(),
             Paint(self.0).base_color(),
             "the material is of another version"
         );
@@ -70,13 +73,15 @@ fn view(version: u16) -> View {
 fn scene(spheres: usize) -> SceneDescription {
     let at = |i: usize| Vec3::new(i as f32 - 2.0, (i % 3) as f32 * 0.5, -(i as f32)).to_array();
     let all = Spheres { centers: (0..spheres).map(at).collect(), radii: vec![0.7; spheres], ..Spheres::default() };
-    SceneDescription { objects: vec![Object::Spheres(Arc::new(all))], ..SceneDescription::default() }
+    SceneDescription { geometry: vec![Arc::new(all)], ..SceneDescription::default() }
 }
 
 impl World {
     fn new(version: u16, spheres: usize, kind: AccelerationKind) -> Self {
-        let scene = Scene::build(&scene(spheres), kind).expect("few spheres");
-        let mut world = Self { version, spheres, parts: Components::new(AnyToken::detect(), scene, 1.5) };
+        let scene = build(&scene(spheres), kind).expect("few spheres");
+        let mut parts = Components::new(AnyToken::detect(), scene, 1.5);
+        parts.width = PacketWidth::W16;
+        let mut world = Self { version, spheres, parts };
         world.set_material(version);
         world.set_camera(version);
         world.set_renderer(version);
@@ -88,7 +93,7 @@ impl World {
     }
 
     fn set_material(&mut self, version: u16) {
-        self.parts.scene.set_material(0, Arc::new(Paint(version)));
+        self.parts.scene.materials.set(0, Arc::new(Paint(version)));
     }
 
     fn set_renderer(&mut self, version: u16) {
@@ -98,7 +103,7 @@ impl World {
 
     /// Another scene, or another structure over it.
     fn rebuild(&mut self, spheres: usize, kind: AccelerationKind) {
-        self.parts.scene = Scene::build(&scene(spheres), kind).expect("few spheres");
+        self.parts.scene = build(&scene(spheres), kind).expect("few spheres");
         self.spheres = spheres;
         self.set_material(self.version);
     }
@@ -110,7 +115,7 @@ fn pipeline(world: World, size: Size, threads: usize) -> Pipeline<World> {
     let traverser = TraverserKind::Tiled.build(TileSize { width: 8, height: 8 }, BalancerKind::ByCost);
     let render = |frame: &Frame<'_, World>, fragment: &Fragment, out: &FrameBuffer| {
         let World { spheres, parts, .. } = frame.state;
-        assert_eq!(parts.scene.geometry().sphere_ids().len(), *spheres, "half of a scene");
+        assert_eq!(parts.scene.geometry.list()[0].primitives(), *spheres, "half of a scene");
         parts.render(*fragment, out, &Statistics::default());
     };
     pipeline.add_stage(RenderStage::new(traverser, render));
@@ -148,8 +153,7 @@ fn send(handle: &Handle<World>, change: Change) {
         }
         Change::Scene(spheres, kind) => handle.send("scene", move |world| world.rebuild(spheres, kind)),
         Change::Refit => handle.send("refit", |world| {
-            let geometry = Geometry::new(&scene(world.spheres).objects).expect("few spheres");
-            world.parts.scene.refit(geometry.into()).expect("the same spheres");
+            world.parts.scene.geometry.refit(scene(world.spheres).geometry).expect("the same spheres");
         }),
         Change::Threads(threads) => handle.set_threads(threads).expect("a valid count"),
         Change::Size(width, height) => handle.resize(0, Size::new(width, height).expect("a valid size")),

@@ -1,5 +1,5 @@
 //! Any sequence of packet operations: what was derived is what a fresh packet derives, promises are true (debug builds
-//! check them), sub-packets change no rows but their own.
+//! check them).
 #![no_main]
 
 use std::ops::Range;
@@ -7,7 +7,7 @@ use std::ops::Range;
 use libfuzzer_sys::fuzz_target;
 use mobula_core::lab::Dice;
 use mobula_core::simd::{AnyToken, Task, Token};
-use mobula_core::{Columns3, Hits, Properties, RayPacket, Rays, Surface};
+use mobula_core::{Columns3, Properties, RayPacket, Rays};
 
 const N: usize = 24;
 
@@ -30,17 +30,6 @@ impl Task for Apply<'_> {
             Operation::Shears => drop(self.0.shears(token)),
             Operation::Normalize => self.0.normalize(token),
         }
-    }
-}
-
-/// Normals along z.
-struct Flat;
-
-impl Surface<N> for Flat {
-    fn geometric_normals(&self, _: &Rays<N>, _: &Hits<N>, range: Range<usize>, out: &mut Columns3<N>) {
-        out[0][range.clone()].fill(0.0);
-        out[1][range.clone()].fill(0.0);
-        out[2][range].fill(1.0);
     }
 }
 
@@ -94,7 +83,7 @@ fuzz_target!(|bytes: &[u8]| {
     }
     for _ in 0..dice.below(12) {
         let token = tokens[dice.below(tokens.len())];
-        match dice.below(8) {
+        match dice.below(7) {
             0 => token.run(Apply(&mut packet, Operation::Inverse)),
             1 => token.run(Apply(&mut packet, Operation::Shears)),
             2 if in_range(&packet) => token.run(Apply(&mut packet, Operation::Normalize)),
@@ -104,13 +93,12 @@ fuzz_target!(|bytes: &[u8]| {
                 packet.set_ray(i, dice.point().into(), dice.point().into());
             }
             5 => packet.forget(Properties::from_bits_truncate(u32::from(dice.byte()) << dice.below(20))),
-            6 => {
+            _ => {
                 // Only narrower: rows that were never derived must not become active.
                 let active = packet.range();
                 let begin = active.start + dice.below(active.len() + 1);
                 packet.set_range(begin..begin + dice.below(active.end - begin + 1));
             }
-            _ => sub_packets(&mut packet, &mut dice),
         }
         packet.check();
         derived_is_fresh(token, &packet);
@@ -120,30 +108,4 @@ fuzz_target!(|bytes: &[u8]| {
 /// Lengths that squares of `f32` can tell: the promise of unit length is kept for those.
 fn in_range(packet: &RayPacket<N>) -> bool {
     packet.range().all(|i| (1e-15..1e15).contains(&packet.ray(i).1.length()))
-}
-
-fn sub_packets(packet: &mut RayPacket<N>, dice: &mut Dice<'_>) {
-    let active = packet.range();
-    let begin = active.start + dice.below(active.len() + 1);
-    let part = begin..begin + dice.below(active.end - begin + 1);
-    let before = packet.clone();
-    let mut sub = packet.sub_packet(part.clone());
-    let normals = sub.forward_normals(&Flat).clone();
-    let again = sub.forward_normals(&Flat).clone();
-    assert_eq!(rows(&normals, &(0..N)), rows(&again, &(0..N)));
-    let positions = sub.positions().clone();
-    for i in part.clone() {
-        let (origin, direction) = before.ray(i);
-        let expected = origin + before.t_max[i] * direction;
-        for axis in 0..3 {
-            let (got, want) = (positions[axis][i], expected[axis]);
-            assert!(got.to_bits() == want.to_bits() || got.is_nan() && want.is_nan(), "ray {i}: {got} {want}");
-        }
-        sub.set_color(i, expected);
-    }
-    for i in (0..N).filter(|i| !part.contains(i)) {
-        let color = |packet: &RayPacket<N>| [0, 1, 2].map(|axis| packet.color[axis][i].to_bits());
-        assert_eq!(color(packet), color(&before), "row {i} of {part:?}");
-    }
-    assert_eq!(packet.properties(), before.properties());
 }

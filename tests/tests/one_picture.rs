@@ -5,10 +5,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mobula::accel::AccelerationKind;
-use mobula::app::{PacketWidth, Settings, pipeline_with_geometry};
+use mobula::app::{PacketWidth, Settings, pipeline};
+use mobula::background::BackgroundKind;
 use mobula::balance::BalancerKind;
+use mobula::camera::CameraKind;
+use mobula::geometry::KINDS;
 use mobula::image::Size;
-use mobula::scene::{Geometry, SceneDescription};
+use mobula::light::LightKind;
+use mobula::material::{MaterialKind, NamedMaterial};
+use mobula::medium::Fog;
+use mobula::scene::SceneDescription;
 use mobula_simd::AnyToken;
 
 const THREADS: [usize; 4] = [1, 2, 3, 7];
@@ -16,14 +22,12 @@ const BALANCERS: [&str; 4] = ["work-queue", "work-queue:3", "cyclic", "static"];
 
 struct Case {
     description: SceneDescription,
-    geometry: Arc<Geometry>,
     size: Size,
 }
 
 impl Case {
     fn new(description: SceneDescription, size: (usize, usize)) -> Self {
-        let geometry = Arc::new(Geometry::new(&description.objects).unwrap());
-        Self { description, geometry, size: Size::new(size.0, size.1).unwrap() }
+        Self { description, size: Size::new(size.0, size.1).unwrap() }
     }
 
     fn picture(&self, settings: Settings) -> Vec<u8> {
@@ -32,7 +36,7 @@ impl Case {
 
     fn picture_after(&self, frames: u64, settings: Settings) -> Vec<u8> {
         let settings = Settings { size: self.size, ..settings };
-        let mut pipeline = pipeline_with_geometry(&self.description, self.geometry.clone(), &settings).unwrap();
+        let mut pipeline = pipeline(&self.description, &settings).unwrap();
         pipeline.run(frames).unwrap();
         let (_, picture) = pipeline.picture(0).unwrap();
         picture.to_rgba8()
@@ -52,7 +56,7 @@ impl Case {
             let same = |what: String, settings: Settings| {
                 assert!(self.picture(settings) == reference, "{what} gives another picture than {first:?}");
             };
-            for (&token, packet) in levels.iter().flat_map(|t| PacketWidth::ALL.map(|p| (t, p))) {
+            for (&token, packet) in levels.iter().flat_map(|t| PacketWidth::ALL.iter().map(move |&p| (t, p))) {
                 same(format!("{token:?}, packets of {packet}"), Settings { token, packet, ..base.clone() });
             }
             let token = *levels.last().unwrap();
@@ -73,6 +77,43 @@ impl Case {
 #[test]
 fn one_picture_of_the_built_in_scene() {
     Case::new(mobula::builtin::scene(), (77, 43)).check(true);
+}
+
+#[test]
+fn one_picture_in_fog() {
+    let mut scene = mobula::builtin::scene();
+    scene.medium = Some(Arc::new(Fog::new(0.06)));
+    Case::new(scene, (53, 31)).check(false);
+}
+
+/// Every kind of geometry with every material, under every light, before every background, seen by every camera.
+#[test]
+fn one_picture_of_all_that_the_tables_name() {
+    for (kind, &material) in
+        KINDS.iter().flat_map(|kind| MaterialKind::ALL.iter().map(move |material| (kind, material)))
+    {
+        for (&light, &camera) in LightKind::ALL.iter().flat_map(|l| CameraKind::ALL.iter().map(move |c| (l, c))) {
+            for &background in BackgroundKind::ALL {
+                let mut scene = SceneDescription { geometry: vec![(kind.example)(0)], ..SceneDescription::default() };
+                scene.materials.push(NamedMaterial { name: material.to_string(), material: material.build() });
+                scene.lights.push(light.build());
+                scene.background = background.build();
+                let case = Case::new(scene, (20, 13));
+                let name = format!("{}, {material}, {light}, {background}, {camera}", kind.name);
+                for fused in [false, true] {
+                    let tokens: Vec<_> = AnyToken::available().filter(|token| token.fused() == fused).collect();
+                    let all =
+                        tokens.iter().flat_map(|&token| PacketWidth::ALL.iter().map(move |&packet| (token, packet)));
+                    let settings =
+                        |(token, packet)| Settings { token, packet, camera, threads: 1, ..Settings::default() };
+                    let mut pictures = all.map(|how| case.picture(settings(how)));
+                    let Some(first) = pictures.next() else { continue };
+                    assert!(first.chunks(4).any(|pixel| pixel != &first[..4]), "nothing to be seen: {name}");
+                    assert!(pictures.all(|other| other == first), "{name}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

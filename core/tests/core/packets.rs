@@ -1,13 +1,12 @@
-//! What a packet promises: ranges, properties, derived values, sub-packets, at any width.
+//! What a packet promises: ranges, properties, derived values, at any width.
 
-use std::cell::Cell;
 use std::ops::Range;
 
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
 use mobula_core::leaf::TriangleBlock;
 use mobula_core::simd::{AnyToken, Scalar, Task, Token};
-use mobula_core::{AnyHitPacket, Columns3, Hits, NO_HIT, Properties, RayPacket, Rays, Surface};
+use mobula_core::{AnyHitPacket, NO_HIT, Properties, RayPacket, Rays};
 use proptest::prelude::*;
 
 fn filled<const N: usize>(range: Range<usize>) -> RayPacket<N> {
@@ -72,88 +71,6 @@ proptest! {
         packet.check();
         prop_assert!((packet.ray(1).1.length() - 1.0).abs() < 1e-6);
     }
-
-    #[test]
-    fn sub_packets_derive_their_own_rays_and_leave_their_neighbours_alone(split in 1usize..63) {
-        let mut packet = filled::<64>(0..64);
-        let surface = Counting::default();
-        {
-            let mut left = packet.sub_packet(0..split);
-            left.normals(&surface);
-            left.set_color(0, Vec3::ONE);
-            prop_assert!(left.properties().contains(Properties::HAVE_NORMALS | Properties::HAVE_UNIT_NORMALS));
-        }
-        prop_assert!(!packet.properties().contains(Properties::HAVE_NORMALS), "the parent is not derived as a whole");
-        prop_assert_eq!(packet.color[0][0], 1.0);
-        let mut right = packet.sub_packet(split..64);
-        prop_assert!(!right.properties().contains(Properties::HAVE_NORMALS));
-        prop_assert_eq!(right.range(), split..64);
-        let normals = &right.geometric_normals(&surface)[2];
-        prop_assert!((0..split).all(|i| normals[i] == 0.0) && (split..64).all(|i| normals[i] == -1.0));
-        prop_assert_eq!(right.derived(split - 1).1, Vec3::NEG_Z, "what the left one derived is still there");
-    }
-}
-
-/// A plane across z that counts what it is asked.
-#[derive(Default)]
-struct Counting {
-    geometric: Cell<u32>,
-    normals: Cell<u32>,
-    texture: Cell<u32>,
-    derivatives: Cell<u32>,
-}
-
-fn count(cell: &Cell<u32>) {
-    cell.set(cell.get() + 1);
-}
-
-impl<const N: usize> Surface<N> for Counting {
-    fn geometric_normals(&self, _: &Rays<N>, _: &Hits<N>, range: Range<usize>, out: &mut Columns3<N>) {
-        count(&self.geometric);
-        out[2][range].fill(-1.0);
-    }
-    fn normals(&self, _: &Rays<N>, _: &Hits<N>, range: Range<usize>, out: &mut Columns3<N>) {
-        count(&self.normals);
-        out[2][range].fill(-1.0);
-    }
-    fn texture_coordinates(&self, _: &Rays<N>, _: &Hits<N>, range: Range<usize>, out: &mut Columns3<N>) {
-        count(&self.texture);
-        out[0][range].fill(0.5);
-    }
-    fn derivatives(&self, _: &Rays<N>, _: &Hits<N>, range: Range<usize>, out: [&mut Columns3<N>; 2]) {
-        count(&self.derivatives);
-        out[0][0][range].fill(2.0);
-    }
-}
-
-#[test]
-fn derived_values_are_computed_once() {
-    let mut packet = filled::<64>(0..64);
-    packet.t_max.fill(2.0);
-    let surface = Counting::default();
-    let mut whole = packet.sub_packet(10..60);
-    for _ in 0..3 {
-        assert_eq!(whole.positions()[2][10], 3.0 + 2.0 * 0.8);
-        assert_eq!(whole.forward_normals(&surface)[2][59], -1.0, "the ray comes from below");
-        assert_eq!(whole.texture_coordinates(&surface)[0][20], 0.5);
-        assert_eq!(whole.derivatives(&surface)[0][0][20], 2.0);
-        whole.normals(&surface);
-        whole.geometric_normals(&surface);
-    }
-    let mut part = whole.sub_packet(20..30);
-    part.forward_normals(&surface);
-    part.texture_coordinates(&surface);
-    let counts = [&surface.geometric, &surface.normals, &surface.texture, &surface.derivatives].map(Cell::get);
-    assert_eq!(counts, [1; 4]);
-}
-
-#[test]
-fn normals_are_turned_to_the_ray() {
-    let mut packet = filled::<3>(0..3);
-    packet.set_ray(1, Vec3::ZERO, Vec3::NEG_Z);
-    let mut all = packet.sub_packet(0..3);
-    let normals = all.forward_normals(&Counting::default());
-    assert_eq!([normals[2][0], normals[2][1]], [-1.0, 1.0]);
 }
 
 const OF_RAYS: Properties = Properties::OF_ORIGIN.union(Properties::OF_DIRECTION).union(Properties::OF_HITS);
@@ -227,18 +144,6 @@ fn an_any_hit_packet_holds_rays_and_what_they_met_and_nothing_else() {
 #[should_panic(expected = "rays 3..65 of a packet of 64")]
 fn a_range_beyond_the_width_is_refused() {
     RayPacket::<64>::default().reset(3..65);
-}
-
-#[test]
-#[should_panic(expected = "rays 0..9 of the active 3..9")]
-fn a_sub_packet_of_rays_that_are_not_active_is_refused() {
-    filled::<64>(3..9).sub_packet(0..9);
-}
-
-#[test]
-#[should_panic(expected = "rays 4..8 of the sub-packet 5..9")]
-fn a_sub_packet_of_a_sub_packet_stays_within_it() {
-    filled::<64>(3..9).sub_packet(5..9).sub_packet(4..8);
 }
 
 /// One test for each false promise that debug builds must catch.

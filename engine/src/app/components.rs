@@ -1,60 +1,61 @@
-//! The rendering stack with its packet width hidden: one virtual call a fragment.
+//! The components of the rendering stack, from the pixel sampler down.
 
 use std::sync::Arc;
 
-use mobula_simd::AnyToken;
+use mobula_core::simd::AnyToken;
 
 use crate::accel::AccelerationKind;
 use crate::balance::BalancerKind;
-use crate::camera::{Pinhole, View};
+use crate::camera::{Camera, Pinhole, View};
 use crate::image::{FrameBuffer, Size};
+use crate::packet::{Packet, PacketWidth};
 use crate::pipeline::fault::scope;
 use crate::pipeline::{Config, Frame, Pipeline, ThreadCountError};
-use crate::renderer::RendererKind;
-use crate::sampler::SamplerKind;
-use crate::scene::{Scene, SceneDescription, SceneError};
-use crate::stack::{Camera, Context, Fragment, PixelSampler, Renderer, Statistics};
+use crate::renderer::{Renderer, RendererKind};
+use crate::sampler::{PixelSampler, SamplerKind};
+use crate::scene::{self, Scene, SceneDescription, SceneError};
+use crate::stack::{Context, Fragment, Statistics};
 use crate::traverse::{RenderStage, TileSize, TraverserKind};
-use mobula_core::RayPacket;
 
-/// All components of the rendering stack, for one packet width. Replace any of them between frames.
-pub struct Components<const N: usize> {
+/// All components of the rendering stack from the pixel sampler down. Replace any of them between frames.
+pub struct Components {
     /// The level whose kernels run.
     pub token: AnyToken,
+    /// Rays in a packet.
+    pub width: PacketWidth,
     /// What is rendered.
-    pub scene: Scene<N>,
+    pub scene: Scene,
     /// One camera for each channel; further channels use the last one.
-    pub cameras: Vec<Arc<dyn Camera<N>>>,
+    pub cameras: Vec<Arc<dyn Camera>>,
     /// Turns pixels into rays.
-    pub sampler: Arc<dyn PixelSampler<N>>,
+    pub sampler: Arc<dyn PixelSampler>,
     /// Traces them.
-    pub renderer: Arc<dyn Renderer<N>>,
+    pub renderer: Arc<dyn Renderer>,
 }
 
-impl<const N: usize> Components<N> {
+impl Components {
     /// A scene as its description says, with the default components, at the best level of this machine.
     ///
     /// # Errors
-    /// If there are more primitives than ids.
-    pub fn build(scene: &SceneDescription, size: Size) -> Result<Self, SceneError> {
-        let scene = Scene::build(scene, AccelerationKind::Bvh)?;
+    /// If a geometry has more primitives than there are numbers.
+    pub fn build(description: &SceneDescription, size: Size) -> Result<Self, SceneError> {
+        let scene = scene::build(description, AccelerationKind::Bvh)?;
         Ok(Self::new(AnyToken::detect(), scene, size.width() as f32 / size.height() as f32))
     }
 
     /// A scene with the default components, seen as the scene says in a picture of this aspect.
-    pub fn new(token: AnyToken, scene: Scene<N>, aspect: f32) -> Self {
+    pub fn new(token: AnyToken, scene: Scene, aspect: f32) -> Self {
         let camera = Arc::new(Pinhole::new(scene.view(aspect)));
         Self {
             token,
+            width: PacketWidth::best(token.level()),
             scene,
             cameras: vec![camera],
             sampler: SamplerKind::default().build(),
             renderer: RendererKind::Raytracer.build(),
         }
     }
-}
 
-impl<const N: usize> Components<N> {
     /// A pipeline that renders these components in one channel, tile by tile: they are its state, and any of them may be
     /// exchanged by transaction. It has no display: add a [`DisplayStage`](crate::pipeline::DisplayStage).
     ///
@@ -70,96 +71,51 @@ impl<const N: usize> Components<N> {
         pipeline.add_stage(RenderStage::new(traverser, render));
         Ok(pipeline)
     }
-}
 
-/// What the pipeline needs of a rendering stack, whatever its packet width.
-pub trait Stack: Send + Sync {
-    /// Rays in a packet.
-    fn packet_width(&self) -> usize;
-
-    /// The level whose kernels run.
-    fn token(&self) -> AnyToken;
-
-    /// Renders a fragment, counting its rays.
-    fn render(&self, fragment: Fragment, out: &FrameBuffer, statistics: &Statistics);
-
-    /// Gives a channel a pinhole camera.
-    fn set_view(&mut self, channel: usize, view: View);
-
-    /// Where to look from, as the scene says, for a picture of this aspect.
-    fn default_view(&self, aspect: f32) -> View;
-
-    /// Exchanges the renderer.
-    fn set_renderer(&mut self, renderer: RendererKind);
-
-    /// Exchanges the pixel sampler.
-    fn set_sampler(&mut self, sampler: SamplerKind);
-
-    /// Switches shadows.
-    fn set_shadows(&mut self, shadows: bool);
-}
-
-impl<const N: usize> Stack for Components<N> {
-    fn packet_width(&self) -> usize {
-        N
-    }
-
-    fn token(&self) -> AnyToken {
-        self.token
-    }
-
-    fn render(&self, fragment: Fragment, out: &FrameBuffer, statistics: &Statistics) {
-        let Some(camera) = self.cameras.get(fragment.channel).or(self.cameras.last()) else { return };
-        let renderer = Named(&*self.renderer);
-        let context = Context { token: self.token, scene: &self.scene, renderer: &renderer, statistics, frame: 0 };
-        scope("pixel sampler", || self.sampler.render_fragment(&context, &Named(&**camera), fragment, out));
-    }
-
-    fn set_view(&mut self, channel: usize, view: View) {
+    /// Gives a channel a camera.
+    pub fn set_camera(&mut self, channel: usize, camera: Arc<dyn Camera>) {
         let last = self.cameras.last().cloned();
         if let Some(last) = last.filter(|_| channel >= self.cameras.len()) {
             self.cameras.resize(channel + 1, last);
         }
         match self.cameras.get_mut(channel) {
-            Some(camera) => *camera = Arc::new(Pinhole::new(view)),
-            None => self.cameras.push(Arc::new(Pinhole::new(view))),
+            Some(place) => *place = camera,
+            None => self.cameras.push(camera),
         }
     }
 
-    fn default_view(&self, aspect: f32) -> View {
-        self.scene.view(aspect)
+    /// Gives a channel a pinhole camera.
+    pub fn set_view(&mut self, channel: usize, view: View) {
+        self.set_camera(channel, Arc::new(Pinhole::new(view)));
     }
 
-    fn set_renderer(&mut self, renderer: RendererKind) {
-        self.renderer = renderer.build();
-    }
-
-    fn set_sampler(&mut self, sampler: SamplerKind) {
-        self.sampler = sampler.build();
-    }
-
-    fn set_shadows(&mut self, shadows: bool) {
-        self.scene.shadows = shadows;
+    /// Renders a fragment, counting its rays.
+    pub fn render(&self, fragment: Fragment, out: &FrameBuffer, statistics: &Statistics) {
+        let Some(camera) = self.cameras.get(fragment.channel).or(self.cameras.last()) else { return };
+        let renderer = &Named(&*self.renderer);
+        let Self { token, width, scene, .. } = self;
+        let context = Context { token: *token, width: width.rays(), scene, renderer, statistics, frame: 0 };
+        scope("pixel sampler", || self.sampler.render_fragment(&context, &Named(&**camera), fragment, out));
     }
 }
 
-impl<const N: usize> std::fmt::Debug for Components<N> {
+impl std::fmt::Debug for Components {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Components").field("N", &N).field("scene", &self.scene).finish_non_exhaustive()
+        f.debug_struct("Components").field("width", &self.width).field("scene", &self.scene).finish_non_exhaustive()
     }
 }
 
 /// A component that runs under its name, so that a fault in it is told by that name.
 struct Named<T>(T);
 
-impl<const N: usize> Renderer<N> for Named<&dyn Renderer<N>> {
-    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
+impl Renderer for Named<&dyn Renderer> {
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet) {
         scope("renderer", || self.0.trace(context, packet));
     }
 }
 
-impl<const N: usize> Camera<N> for Named<&dyn Camera<N>> {
-    fn make_rays(&self, context: &Context<'_, N>, size: [u32; 2], packet: &mut RayPacket<N>) {
+impl Camera for Named<&dyn Camera> {
+    fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet) {
         scope("camera", || self.0.make_rays(context, size, packet));
     }
 }

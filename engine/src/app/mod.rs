@@ -1,6 +1,6 @@
 //! From a scene description to a pipeline that renders it: what the command uses, and programs that embed Mobula.
 //!
-//! The packet width is a constant below the pixel sampler and a number above it; [`Stack`] is the border.
+//! The [`State`] holds the components themselves: a transaction can change any of them.
 //!
 //! ```
 //! use mobula::app::{self, Settings};
@@ -25,10 +25,7 @@
 //! pipeline.add_stage(DisplayStage::new().with(0, Brightest));
 //!
 //! // Any thread may change the state at any time; it happens between two frames.
-//! pipeline.handle().send("no shadows", |state: &mut app::State| {
-//!     let chosen = app::Chosen { shadows: false, ..*state.chosen() };
-//!     state.choose(chosen);
-//! });
+//! pipeline.handle().send("no shadows", |state: &mut app::State| state.stack.scene.shadows = false);
 //! let report = pipeline.run(3)?;
 //! assert_eq!(report.frames, 3);
 //! assert_eq!(pipeline.state().rays().primary, 3 * 32 * 24);
@@ -36,124 +33,11 @@
 //! ```
 
 mod components;
+mod settings;
 mod state;
-mod width;
 
-pub use components::{Components, Stack};
+pub use components::Components;
+pub use settings::{AppError, Settings, pipeline, pipeline_with_geometry};
 pub use state::{Chosen, RayCounts, RenderFrames, State};
-pub use width::{PacketWidth, UnknownWidth};
 
-use std::sync::Arc;
-
-use mobula_simd::AnyToken;
-
-use crate::accel::AccelerationKind;
-use crate::balance::BalancerKind;
-use crate::camera::View;
-use crate::image::Size;
-use crate::pipeline::{Config, Pipeline, ThreadCountError};
-use crate::renderer::RendererKind;
-use crate::sampler::SamplerKind;
-use crate::scene::{Geometry, Scene, SceneDescription, SceneError};
-use crate::traverse::{TileSize, TraverserKind};
-use crate::with_packet_width;
-
-/// How a scene is rendered.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// The level whose kernels run.
-    pub token: AnyToken,
-    /// Rays in a packet.
-    pub packet: PacketWidth,
-    /// Render threads.
-    pub threads: usize,
-    /// Size of the picture.
-    pub size: Size,
-    /// Where to look from; `None`: as the scene says.
-    pub view: Option<View>,
-    /// The renderer.
-    pub renderer: RendererKind,
-    /// The pixel sampler.
-    pub sampler: SamplerKind,
-    /// The image traverser.
-    pub traverser: TraverserKind,
-    /// The load balancer.
-    pub balancer: BalancerKind,
-    /// The acceleration structure.
-    pub acceleration: AccelerationKind,
-    /// Are there shadows?
-    pub shadows: bool,
-    /// Render only when something changed?
-    pub on_demand: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        let token = AnyToken::detect();
-        Self {
-            token,
-            packet: PacketWidth::best(token.level()),
-            threads: Config::default().threads,
-            size: Size::new(1024, 768).expect("a valid size"),
-            view: None,
-            renderer: RendererKind::Raytracer,
-            sampler: SamplerKind::default(),
-            traverser: TraverserKind::default(),
-            balancer: BalancerKind::default(),
-            acceleration: AccelerationKind::Bvh,
-            shadows: true,
-            on_demand: false,
-        }
-    }
-}
-
-/// A pipeline that cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum AppError {
-    /// The scene cannot be built.
-    #[error("{0}")]
-    Scene(#[from] SceneError),
-    /// There cannot be so many threads.
-    #[error(transparent)]
-    Threads(#[from] ThreadCountError),
-}
-
-/// Builds a scene and a pipeline that renders it in one channel, without a display: add a
-/// [`DisplayStage`](crate::pipeline::DisplayStage).
-///
-/// # Errors
-/// If the scene has more primitives than there are ids, or the settings more threads than there may be.
-pub fn pipeline(scene: &SceneDescription, settings: &Settings) -> Result<Pipeline<State>, AppError> {
-    let geometry = Arc::new(Geometry::new(&scene.objects)?);
-    pipeline_with_geometry(scene, geometry, settings)
-}
-
-/// As [`pipeline`], with the geometry of the same scene.
-///
-/// # Errors
-/// If the settings have more threads than there may be.
-pub fn pipeline_with_geometry(
-    scene: &SceneDescription,
-    geometry: Arc<Geometry>,
-    settings: &Settings,
-) -> Result<Pipeline<State>, AppError> {
-    let size = settings.size;
-    let aspect = size.width() as f32 / size.height() as f32;
-    let stack: Box<dyn Stack> = with_packet_width!(settings.packet, N => {
-        let scene = Scene::<N>::with_geometry(scene, geometry, settings.acceleration);
-        Box::new(Components::new(settings.token, scene, aspect))
-    });
-    let chosen = Chosen {
-        view: settings.view.unwrap_or_else(|| stack.default_view(aspect)),
-        renderer: settings.renderer,
-        sampler: settings.sampler,
-        shadows: settings.shadows,
-    };
-    let traverser = settings.traverser.build(TileSize::default(), settings.balancer);
-    let state = State::new(stack, traverser, chosen);
-    let config = Config { on_demand: settings.on_demand, ..Config::with_threads(settings.threads) };
-    let mut pipeline = Pipeline::new(state, config)?;
-    pipeline.add_channel("main", size);
-    pipeline.add_stage(RenderFrames);
-    Ok(pipeline)
-}
+pub use crate::packet::{PacketWidth, UnknownWidth};

@@ -4,8 +4,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use mobula_core::traverse::Paths;
 
-use super::Stack;
-use crate::camera::View;
+use super::Components;
+use crate::camera::{CameraKind, View};
 use crate::pipeline::fault::scope;
 use crate::pipeline::{Balance, Frame, Plan, Stage};
 use crate::renderer::RendererKind;
@@ -15,19 +15,21 @@ use crate::traverse::{ImageTraverser, traverse_frame};
 
 /// Everything that may change between frames. Changes go through [`Handle::send`](crate::pipeline::Handle::send).
 pub struct State {
-    /// The rendering stack from the pixel sampler down.
-    pub stack: Box<dyn Stack>,
+    /// The rendering stack from the pixel sampler down: scene, cameras, sampler, renderer.
+    pub stack: Components,
     /// The image traverser with its load balancer.
     pub traverser: Box<dyn ImageTraverser>,
     chosen: Chosen,
     rays: Mutex<RayCounts>,
 }
 
-/// What was chosen of the things that the stack does not tell.
+/// What was chosen by name: viewers show it, and change it with [`State::choose`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
     /// Where the first channel looks from.
     pub view: View,
+    /// The first channel's camera.
+    pub camera: CameraKind,
     /// The renderer.
     pub renderer: RendererKind,
     /// The pixel sampler.
@@ -58,33 +60,33 @@ impl RayCounts {
 
 impl State {
     /// The state for a stack; `chosen` is what it renders from now on.
-    pub fn new(mut stack: Box<dyn Stack>, traverser: Box<dyn ImageTraverser>, chosen: Chosen) -> Self {
-        stack.set_view(0, chosen.view);
-        stack.set_renderer(chosen.renderer);
-        stack.set_sampler(chosen.sampler);
-        stack.set_shadows(chosen.shadows);
+    pub fn new(mut stack: Components, traverser: Box<dyn ImageTraverser>, chosen: Chosen) -> Self {
+        stack.set_camera(0, chosen.camera.build(chosen.view));
+        stack.renderer = chosen.renderer.build();
+        stack.sampler = chosen.sampler.build();
+        stack.scene.shadows = chosen.shadows;
         Self { stack, traverser, chosen, rays: Mutex::default() }
     }
 
-    /// What is rendered, and how.
+    /// What is rendered, and how, as far as it was chosen by name: components that were put into the stack directly are not known.
     pub fn chosen(&self) -> &Chosen {
         &self.chosen
     }
 
-    /// Changes what is rendered, and how.
+    /// Changes what is rendered, and how. What is chosen as before stays as it is.
     pub fn choose(&mut self, chosen: Chosen) {
         let before = std::mem::replace(&mut self.chosen, chosen);
-        if before.view != chosen.view {
-            self.stack.set_view(0, chosen.view);
+        if before.view != chosen.view || before.camera != chosen.camera {
+            self.stack.set_camera(0, chosen.camera.build(chosen.view));
         }
         if before.renderer != chosen.renderer {
-            self.stack.set_renderer(chosen.renderer);
+            self.stack.renderer = chosen.renderer.build();
         }
         if before.sampler != chosen.sampler {
-            self.stack.set_sampler(chosen.sampler);
+            self.stack.sampler = chosen.sampler.build();
         }
         if before.shadows != chosen.shadows {
-            self.stack.set_shadows(chosen.shadows);
+            self.stack.scene.shadows = chosen.shadows;
         }
     }
 

@@ -16,8 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crossbeam_utils::CachePadded;
 
+use super::balancer::{LoadBalancer, check};
 use super::places::Places;
-use super::{LoadBalancer, check};
 
 /// Threads that share a counter.
 const GROUP: usize = 16;

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::LoadBalancer;
+use super::balancer::LoadBalancer;
 use super::places::Places;
 
 /// Deals the items out like cards.

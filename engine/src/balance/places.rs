@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crossbeam_utils::CachePadded;
 
-use super::check;
+use super::balancer::check;
 
 /// How far each thread has come.
 #[derive(Debug, Default)]

@@ -4,8 +4,8 @@
 
 use std::ops::Range;
 
+use super::balancer::{LoadBalancer, even_share};
 use super::places::Places;
-use super::{LoadBalancer, even_share};
 
 /// Cuts the items into one even share for each thread.
 #[derive(Debug, Default)]

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crossbeam_utils::CachePadded;
 
-use super::{LoadBalancer, check};
+use super::balancer::{LoadBalancer, check};
 
 /// Hands out assignments of decreasing size, whoever asks first gets the next.
 #[derive(Debug)]

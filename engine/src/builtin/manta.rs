@@ -1,12 +1,10 @@
 //! The ray: a body with wings, two head fins, a tail.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 use libm::{cosf, sinf};
 
 use super::sheet::sheet;
-use crate::scene::{Mesh, Object};
+use crate::geometry::Mesh;
 
 const PI: f32 = std::f32::consts::PI;
 /// Quads around the section of a wing, and from tip to tip.
@@ -14,7 +12,7 @@ const COLUMNS: u32 = 72;
 const ROWS: u32 = 120;
 
 /// The ray, dark above and pale below, banking over the reef.
-pub(super) fn manta(back: u32, belly: u32) -> Object {
+pub(super) fn manta(back: u32, belly: u32) -> Vec<Mesh> {
     let mut body = sheet(COLUMNS, ROWS, true, |around, across| place(wing(across * 2.0 - 1.0, around)));
     body.name = "manta".to_owned();
     // Around the section, the first half is the upper side. The pale shoulder patches end at lines of the grid, so that
@@ -28,7 +26,7 @@ pub(super) fn manta(back: u32, belly: u32) -> Object {
             if upper && !patch { back } else { belly }
         })
         .collect();
-    let mut parts = vec![Object::Mesh(Arc::new(body))];
+    let mut parts = vec![body];
     for side in [-1.0, 1.0] {
         parts.push(tube(back, 24, 24, move |v| {
             let swing = sinf(v * PI * 0.6);
@@ -45,7 +43,7 @@ pub(super) fn manta(back: u32, belly: u32) -> Object {
         let center = Vec3::new(0.10 * sinf(3.0 * v), 0.02 + 0.10 * v * v, -0.60 - 1.9 * v);
         (center, 0.035 * (1.0 - v) + 0.004, 1.0)
     }));
-    Object::Group(parts)
+    parts
 }
 
 /// Where the section of a wing is at `around` (0..1): position along the chord, 0 in front, and height, -1..1.
@@ -81,7 +79,7 @@ fn sign(height: f32) -> f32 {
 }
 
 /// A closed tube around a curve: `at(v)` gives its middle, radius, and height as a fraction of its width.
-fn tube(material: u32, columns: u32, rows: u32, at: impl Fn(f32) -> (Vec3, f32, f32)) -> Object {
+fn tube(material: u32, columns: u32, rows: u32, at: impl Fn(f32) -> (Vec3, f32, f32)) -> Mesh {
     let mesh = sheet(columns, rows, true, |u, v| {
         let (center, radius, flat) = at(v);
         let ahead = (at((v + 1e-3).min(1.0)).0 - at((v - 1e-3).max(0.0)).0).normalize();
@@ -90,7 +88,7 @@ fn tube(material: u32, columns: u32, rows: u32, at: impl Fn(f32) -> (Vec3, f32, 
         let angle = u * 2.0 * PI;
         place(center + (right * cosf(angle) + up * (flat * sinf(angle))) * radius)
     });
-    Object::Mesh(Arc::new(Mesh { name: "manta".to_owned(), material, ..mesh }))
+    Mesh { name: "manta".to_owned(), material, ..mesh }
 }
 
 /// From the ray's own axes into the scene: larger, heading to the front left, banking towards the viewer.

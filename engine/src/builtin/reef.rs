@@ -1,13 +1,11 @@
 //! What the ray swims over: a disc of sand, mounds of coral, a mirror ball, bubbles.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 use libm::{cosf, sinf};
 
 use super::sheet::sheet;
+use crate::geometry::{Mesh, Spheres};
 use crate::math::{hash, unit};
-use crate::scene::{Mesh, Object, Spheres};
 
 const PI: f32 = std::f32::consts::PI;
 /// Radius of the disc.
@@ -42,7 +40,7 @@ fn height(x: f32, z: f32) -> f32 {
 }
 
 /// The disc of sand and its rim of rock.
-pub(super) fn ground(sand: u32, rock: u32) -> Object {
+pub(super) fn ground(sand: u32, rock: u32) -> [Mesh; 2] {
     let top = sheet(192, 56, true, |u, v| {
         let (angle, r) = (u * 2.0 * PI, RADIUS * (1.0 - v));
         let (x, z) = (r * cosf(angle), -r * sinf(angle));
@@ -53,12 +51,12 @@ pub(super) fn ground(sand: u32, rock: u32) -> Object {
         let r = RADIUS * (1.0 - 0.06 * v * v);
         Vec3::new(r * cosf(angle), -0.34 * v, -r * sinf(angle))
     });
-    let object = |mesh, name: &str, material| Object::Mesh(Arc::new(Mesh { name: name.to_owned(), material, ..mesh }));
-    Object::Group(vec![object(top, "sand", sand), object(rim, "rim", rock)])
+    let named = |mesh, name: &str, material| Mesh { name: name.to_owned(), material, ..mesh };
+    [named(top, "sand", sand), named(rim, "rim", rock)]
 }
 
 /// Mounds of little spheres, laid out like the seeds of a sunflower.
-pub(super) fn corals(material: u32) -> Object {
+pub(super) fn corals(material: u32) -> Spheres {
     let mut spheres = Spheres { name: "coral".to_owned(), material, ..Spheres::default() };
     for (mound, &Mound { x, z, radius, low, high }) in MOUNDS.iter().enumerate() {
         let (low, high) = (Vec3::from(low), Vec3::from(high));
@@ -78,24 +76,18 @@ pub(super) fn corals(material: u32) -> Object {
             spheres.colors.push((low + (high - low) * mix).to_array());
         }
     }
-    Object::Spheres(Arc::new(spheres))
+    spheres
 }
 
 /// A mirror ball on the sand.
-pub(super) fn ball(material: u32) -> Object {
+pub(super) fn ball(material: u32) -> Spheres {
     let (x, z, radius) = (0.75, 1.45, 0.52);
     let center = [x, height(x, z) + radius * 0.97, z];
-    Object::Spheres(Arc::new(Spheres {
-        name: "ball".to_owned(),
-        centers: vec![center],
-        radii: vec![radius],
-        material,
-        ..Spheres::default()
-    }))
+    Spheres { name: "ball".to_owned(), centers: vec![center], radii: vec![radius], material, ..Spheres::default() }
 }
 
 /// Bubbles that rise in two columns.
-pub(super) fn bubbles(material: u32) -> Object {
+pub(super) fn bubbles(material: u32) -> Spheres {
     let mut spheres = Spheres { name: "bubbles".to_owned(), material, ..Spheres::default() };
     for k in 0..26_u32 {
         let h = [0, 1, 2].map(|salt| unit(hash(3 * k + salt + 1000)));
@@ -105,5 +97,5 @@ pub(super) fn bubbles(material: u32) -> Object {
         spheres.centers.push([x + wobble * (2.0 * h[1] - 1.0), y, z + wobble * (2.0 * h[2] - 1.0)]);
         spheres.radii.push((0.03 + 0.05 * h[0]) * (0.7 + 0.25 * y));
     }
-    Object::Spheres(Arc::new(spheres))
+    spheres
 }

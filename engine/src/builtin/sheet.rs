@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
+use crate::geometry::Mesh;
 use crate::math::normalize_or;
-use crate::scene::Mesh;
 
 /// A grid of `columns` x `rows` quads over `at(u, v)`, u and v in 0..=1, with smooth normals. `closed`: the last column
 /// joins the first, so that u = 1 is the same as u = 0. Quads without area (at a pole) give one triangle or none.

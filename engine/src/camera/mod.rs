@@ -1,7 +1,14 @@
-//! Cameras, and where they stand.
+//! Cameras: rays from image coordinates.
+//!
+//! A new camera is a file with the trait [`Camera`], and a line in [`CameraKind`].
 
+mod kind;
+mod orthographic;
 mod pinhole;
-mod view;
 
+pub use kind::CameraKind;
+pub use orthographic::Orthographic;
 pub use pinhole::Pinhole;
-pub use view::{Up, View};
+
+pub use crate::stack::Camera;
+pub use crate::view::{Up, View};

@@ -1,11 +1,12 @@
 //! The pinhole camera: all rays start at the eye.
 
 use glam::Vec3;
+use mobula_core::Properties;
 use mobula_core::simd::{F32Lanes, Task, Token};
-use mobula_core::{Properties, RayPacket};
 
-use super::View;
+use crate::packet::{Packet, Rays};
 use crate::stack::{Camera, Context};
+use crate::view::View;
 
 /// All rays start at the eye; the ray of image coordinates (x, y) has direction `norm(f + sx r + sy u)`, where
 /// `sx = (2x/width - 1) tan(fov/2) width/height` and `sy = (1 - 2y/height) tan(fov/2)`.
@@ -28,27 +29,28 @@ impl Pinhole {
     }
 }
 
-impl<const N: usize> Camera<N> for Pinhole {
-    fn make_rays(&self, context: &Context<'_, N>, size: [u32; 2], packet: &mut RayPacket<N>) {
-        let kept = packet.properties() & Properties::HAVE_CORNER_RAYS;
-        packet.set_common_origin(self.view.eye);
-        context.token.run(Directions { camera: self, size, packet });
-        packet.promise(Properties::CONSTANT_EYE | Properties::NORMALIZED_DIRECTIONS | kept);
+impl Camera for Pinhole {
+    fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet) {
+        let (rays, image) = packet.rays_and_image();
+        rays.set_common_origin(self.view.eye);
+        context.token.run(Directions { camera: self, size, image, rays });
+        rays.promise(Properties::NORMALIZED_DIRECTIONS);
     }
 }
 
 /// Fills the directions, a vector at a time. Nothing is fused, so that all levels agree.
-struct Directions<'a, const N: usize> {
+struct Directions<'a> {
     camera: &'a Pinhole,
     size: [u32; 2],
-    packet: &'a mut RayPacket<N>,
+    image: [&'a [f32]; 2],
+    rays: &'a mut dyn Rays,
 }
 
-impl<const N: usize> Task for Directions<'_, N> {
+impl Task for Directions<'_> {
     type Output = ();
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let Self { camera, size, packet } = self;
+        let Self { camera, size, image, rays } = self;
         let [width, height] = size.map(|side| side as f32);
         let slope = camera.slope;
         let [right, up, forward] = camera.basis;
@@ -56,15 +58,15 @@ impl<const N: usize> Task for Directions<'_, N> {
         let down = token.splat(slope);
         let (per_x, per_y) = (token.splat(2.0 / width), token.splat(2.0 / height));
         let one = token.splat(1.0);
-        for at in (0..N).step_by(T::LANES) {
-            let active = packet.active(token, at);
-            let sx = (token.load(&packet.image[0][..], at) * per_x - one) * across;
-            let sy = (one - token.load(&packet.image[1][..], at) * per_y) * down;
+        let mut out = rays.directions_mut();
+        for at in (0..out[0].len()).step_by(T::LANES) {
+            let sx = (token.load(image[0], at) * per_x - one) * across;
+            let sy = (one - token.load(image[1], at) * per_y) * down;
             let axis = |i: usize| token.splat(forward[i]) + sx * token.splat(right[i]) + sy * token.splat(up[i]);
             let d = [axis(0), axis(1), axis(2)];
             let scale = one / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-            for (column, d) in packet.directions_mut().iter_mut().zip(d) {
-                (d * scale).store_masked(&mut column[..], at, active);
+            for (column, d) in out.iter_mut().zip(d) {
+                (d * scale).store(column, at);
             }
         }
     }

@@ -1,21 +1,25 @@
 //! What the command line may say.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::{ArgAction, Args, Parser, Subcommand};
 use glam::Vec3;
 use mobula::accel::AccelerationKind;
 use mobula::app::PacketWidth;
+use mobula::background::{Background, BackgroundKind, Constant};
 use mobula::balance::BalancerKind;
-use mobula::camera::Up;
+use mobula::camera::{CameraKind, Up};
+use mobula::choice::list;
 use mobula::display::stereo::Stereo;
 use mobula::image::Size;
+use mobula::load::FORMATS;
+use mobula::medium::Fog;
 use mobula::pipeline::MAX_THREADS;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
-use mobula::scene::BackgroundDescription;
 use mobula::traverse::TraverserKind;
-use mobula_simd::Level;
+use mobula_core::simd::Level;
 
 /// Packet ray tracer for triangle meshes and spheres.
 ///
@@ -35,6 +39,7 @@ pub(crate) enum Command {
     #[command(after_help = scenes_help())]
     Render(RenderOptions),
     /// Open a scene in a window
+    #[cfg(feature = "window")]
     #[command(after_help = keys_help())]
     View(SceneOptions),
     /// Measure how rendering scales, and project it to more processors
@@ -49,8 +54,9 @@ pub(crate) enum Command {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct SceneOptions {
-    /// Files (.obj, .obj.gz) or generated scenes (gen:NAME), all shown together [default: the built-in scene]
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", help = format!(
+        "Files ({}) or generated scenes (gen:NAME), all shown together [default: the built-in scene]", extensions()
+    ))]
     pub(crate) scenes: Vec<PathBuf>,
 
     /// Size of the picture in pixels
@@ -65,12 +71,16 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "LEVEL")]
     pub(crate) isa: Option<Level>,
 
-    /// Rays in a packet: 1, 8, 16, 64 or 256 [default: 256 at avx2 and avx512, else 64]
-    #[arg(short, long, value_name = "N")]
+    #[arg(short, long, value_name = "N", help = format!(
+        "Rays in a packet: {} [default: {} at avx2 and avx512, else {}]",
+        PacketWidth::list(), PacketWidth::best(Level::Avx2), PacketWidth::best(Level::Sse2)
+    ))]
     pub(crate) packet: Option<PacketWidth>,
 
-    /// Renderer: raytracer, primary, normal, depth, uv or id
-    #[arg(short, long, value_name = "NAME", default_value_t = RendererKind::Raytracer)]
+    #[arg(
+        short, long, value_name = "NAME", default_value_t = RendererKind::Raytracer,
+        help = format!("Renderer: {}", list(RendererKind::NAMES))
+    )]
     pub(crate) renderer: RendererKind,
 
     /// Samples per pixel, a square number up to 1024
@@ -94,6 +104,12 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "NAME", default_value_t = AccelerationKind::Bvh)]
     pub(crate) accel: AccelerationKind,
 
+    #[arg(
+        long, value_name = "KIND", default_value_t = CameraKind::Pinhole,
+        help = format!("Camera: {}", list(CameraKind::NAMES))
+    )]
+    pub(crate) camera: CameraKind,
+
     /// Position of the eye [default: frames the scene]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) eye: Option<Vec3>,
@@ -110,9 +126,15 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "AXIS", default_value = "auto", value_parser = up)]
     pub(crate) up: UpChoice,
 
-    /// Background: sky, black, white, or a colour as R,G,B from 0 to 1
-    #[arg(long, value_name = "COLOUR", value_parser = background)]
-    pub(crate) background: Option<BackgroundDescription>,
+    #[arg(
+        long, value_name = "COLOUR", value_parser = background,
+        help = format!("Background: {}, or a colour as R,G,B from 0 to 1", BackgroundKind::NAMES.join(", "))
+    )]
+    pub(crate) background: Option<Arc<dyn Background>>,
+
+    /// Fog: how much of the light is lost in a unit of length, and its colour as R,G,B from 0 to 1 [default: none]
+    #[arg(long, value_name = "DENSITY[,COLOUR]", value_parser = fog)]
+    pub(crate) fog: Option<Fog>,
 
     /// No shadows
     #[arg(long, action = ArgAction::SetTrue)]
@@ -155,7 +177,7 @@ pub(crate) struct RenderOptions {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct InfoOptions {
-    /// The file (.obj, .obj.gz), or a generated scene (gen:NAME)
+    #[arg(help = format!("The file ({}), or a generated scene (gen:NAME)", extensions()))]
     pub(crate) file: PathBuf,
 
     /// Print one JSON object on standard output
@@ -176,6 +198,7 @@ fn scenes_help() -> String {
     text
 }
 
+#[cfg(feature = "window")]
 fn keys_help() -> String {
     format!("In the window:\n{}", mobula::display::window::HELP)
 }
@@ -233,17 +256,34 @@ fn up(text: &str) -> Result<UpChoice, String> {
     }
 }
 
-fn background(text: &str) -> Result<BackgroundDescription, String> {
-    let constant = |color| Ok(BackgroundDescription::Constant { color });
-    match text {
-        "sky" => Ok(BackgroundDescription::default()),
-        "black" => constant(Vec3::ZERO),
-        "white" => constant(Vec3::ONE),
-        _ => match vector(text) {
-            Ok(color) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => constant(color),
-            _ => Err("give sky, black, white, or three numbers from 0 to 1 such as 0.1,0.2,0.3".into()),
-        },
+fn background(text: &str) -> Result<Arc<dyn Background>, String> {
+    if let Ok(kind) = text.parse::<BackgroundKind>() {
+        return Ok(kind.build());
     }
+    match vector(text) {
+        Ok(color) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Arc::new(Constant { color })),
+        _ => {
+            Err(format!("give {}, or three numbers from 0 to 1 such as 0.1,0.2,0.3", BackgroundKind::NAMES.join(", ")))
+        }
+    }
+}
+
+fn fog(text: &str) -> Result<Fog, String> {
+    let usage = || "give a density of at least 0, or a density and a colour such as 0.05,0.6,0.7,0.8".to_owned();
+    let (density, color) = text.split_once(',').map_or((text, None), |(density, color)| (density, Some(color)));
+    let density = density.trim().parse().ok().filter(|density: &f32| density.is_finite() && *density >= 0.0);
+    let fog = Fog::new(density.ok_or_else(usage)?);
+    match color.map(vector) {
+        None => Ok(fog),
+        Some(Ok(color)) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Fog { color, ..fog }),
+        Some(_) => Err(usage()),
+    }
+}
+
+/// How names of files end that can be loaded.
+fn extensions() -> String {
+    let ends = FORMATS.iter().flat_map(|format| format.extensions);
+    ends.map(|end| format!("{end}, {end}.gz")).collect::<Vec<_>>().join(", ")
 }
 
 fn png(text: &str) -> Result<PathBuf, String> {
@@ -293,6 +333,11 @@ mod tests {
         }
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
         assert!(background("2,0,0").is_err() && background("pink").is_err() && background("1,0,0.5").is_ok());
+        assert_eq!(fog("0.5").unwrap().density, 0.5);
+        assert_eq!(fog("0.5,1,0,0.25").unwrap().color, Vec3::new(1.0, 0.0, 0.25));
+        for bad in ["", "-1", "nan", "1,", "1,2,0,0", "1,0,0", "x"] {
+            assert!(fog(bad).is_err(), "{bad}");
+        }
         assert!(png("a.jpg").is_err() && png("b.PNG").is_ok());
     }
 }

@@ -6,7 +6,7 @@ use mobula::app::AppError;
 use mobula::display::png::PngDisplay;
 use mobula::load::LoadError;
 use mobula::pipeline::Fault;
-use mobula_simd::{EnvError, Unavailable};
+use mobula_core::simd::{EnvError, Unavailable};
 
 /// Why the command stops; prints as one line.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +33,7 @@ pub(crate) enum Failure {
     #[error("{0}; this is a bug: please report it")]
     Fault(Fault),
     /// The window.
+    #[cfg(feature = "window")]
     #[error("cannot open a window: {0}; `mobula render` writes a picture instead")]
     Window(String),
     /// Ctrl-C.

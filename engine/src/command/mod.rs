@@ -8,19 +8,21 @@ mod info;
 mod render;
 mod scale;
 mod scene;
+#[cfg(feature = "window")]
 mod view;
 mod viewpoints;
 
 use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Parser;
 use mobula::app::{self, Settings, State};
 use mobula::load::Loaded;
 use mobula::pipeline::{Config, Pipeline};
-use mobula::scene::Geometry;
-use mobula_simd::AnyToken;
+use mobula::scene::Geometries;
+use mobula_core::simd::AnyToken;
 
 use args::{Cli, Command, SceneOptions};
 use failure::Failure;
@@ -31,11 +33,15 @@ pub(crate) fn run() -> ExitCode {
     let result = match &cli.command {
         Some(Command::Render(options)) => render::render(options),
         Some(Command::Scale(options)) => scale::scale(options),
+        #[cfg(feature = "window")]
         Some(Command::View(options)) => view::view(options),
         Some(Command::Info(options)) => info::info(options),
         #[cfg(feature = "kernels")]
         Some(Command::Kernels(options)) => kernels(options),
+        #[cfg(feature = "window")]
         None => view::view_or_render(&cli.options),
+        #[cfg(not(feature = "window"))]
+        None => render::render_default(&cli.options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -78,6 +84,7 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
         threads: options.threads.unwrap_or(Config::default().threads),
         size: options.size,
         view: None,
+        camera: options.camera,
         renderer: options.renderer,
         sampler: options.samples.unwrap_or(options.sampler),
         traverser: options.traverser,
@@ -92,11 +99,14 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
 
     let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
     scene.up = options.up.0.or(scene.up);
-    scene.background = options.background.unwrap_or(scene.background);
+    if let Some(fog) = options.fog {
+        scene.medium = Some(Arc::new(fog));
+    }
+    scene.background = options.background.clone().unwrap_or(scene.background);
     let spinner = scene::spinner("building the acceleration structure".into());
     let (pipeline, seconds) = render::timed(|| -> Result<_, Failure> {
-        let geometry = Geometry::new(&scene.objects).map_err(app::AppError::from)?;
-        Ok(app::pipeline_with_geometry(&scene, geometry.into(), &settings)?)
+        let geometry = Geometries::build(scene.geometry.clone(), settings.acceleration);
+        Ok(app::pipeline_with_geometry(&scene, geometry.map_err(app::AppError::from)?, &settings)?)
     });
     spinner.finish_and_clear();
     let mut pipeline = pipeline?;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
+use mobula::geometry::Role;
 use mobula::load::{self, Loaded, Report};
-use mobula::scene::{Object, SceneDescription};
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
@@ -17,7 +17,7 @@ const MOST_WARNINGS: usize = 8;
 pub(crate) fn gather(names: &[PathBuf]) -> Result<Loaded, Failure> {
     if names.is_empty() {
         let scene = builtin::scene();
-        return Ok(Loaded { report: count(&scene), scene });
+        return Ok(Loaded { report: Report::of_scene(&scene), scene });
     }
     let mut names = names.iter();
     let mut all = open(names.next().expect("not empty"))?;
@@ -34,10 +34,12 @@ pub(crate) fn open(name: &Path) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let spinner = spinner(format!("loading {}", name.display()));
     let loaded = match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
-        Some(name) => generate::generate(name).map(|scene| Loaded { report: count(&scene), scene }).ok_or_else(|| {
-            let known = generate::SCENES.map(|(name, _)| name).join(", ");
-            Failure::UnknownScene(name.to_owned(), known)
-        }),
+        Some(name) => {
+            generate::generate(name).map(|scene| Loaded { report: Report::of_scene(&scene), scene }).ok_or_else(|| {
+                let known = generate::SCENES.map(|(name, _)| name).join(", ");
+                Failure::UnknownScene(name.to_owned(), known)
+            })
+        }
         None => load::load(name).map_err(Failure::Load),
     };
     spinner.finish_and_clear();
@@ -74,11 +76,12 @@ fn contents(loaded: &Loaded) -> String {
             parts.push(format!("{} {}", grouped(count), if count == 1 { one } else { many }));
         }
     };
-    add(report.triangles, "triangle", "triangles");
-    add(report.spheres, "sphere", "spheres");
+    let of = |role: Role| report.census.items().iter().filter(move |(item, _)| item.role == role);
+    of(Role::Primitives).for_each(|(item, count)| add(*count, item.one, item.many));
     add(loaded.scene.materials.len() as u64, "material", "materials");
-    add(report.degenerate_triangles, "triangle without area left out", "triangles without area left out");
-    add(report.non_finite_triangles, "triangle that is not finite left out", "triangles that are not finite left out");
+    for (item, count) in of(Role::LeftOut) {
+        add(*count, &format!("{} left out", item.one), &format!("{} left out", item.many));
+    }
     parts.join(", ")
 }
 
@@ -95,23 +98,6 @@ pub(crate) fn grouped(number: u64) -> String {
     text
 }
 
-/// Counts what is in a scene that no file holds.
-fn count(scene: &SceneDescription) -> Report {
-    let mut report = Report { format: "generated", ..Report::default() };
-    count_objects(&scene.objects, &mut report);
-    report
-}
-
-fn count_objects(objects: &[Object], report: &mut Report) {
-    for object in objects {
-        match object {
-            Object::Mesh(mesh) => report.merge(Report::of_mesh(mesh)),
-            Object::Spheres(spheres) => report.merge(Report::of_spheres(spheres)),
-            Object::Group(objects) => count_objects(objects, report),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,7 +111,8 @@ mod tests {
     #[test]
     fn the_built_in_scene_is_counted() {
         let loaded = gather(&[]).unwrap();
-        assert!(loaded.report.triangles + loaded.report.spheres > 0);
-        assert_eq!(loaded.report.non_finite_triangles, 0);
+        let census = &loaded.report.census;
+        assert!(census.count("triangles") > 0 && census.count("spheres") > 0);
+        assert_eq!(census.left_out(), 0);
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod png;
 pub mod stereo;
+#[cfg(feature = "window")]
 pub mod window;
 
 pub use crate::pipeline::{Display, NullDisplay, Picture, Shown};

@@ -1,9 +1,6 @@
 //! A light that is infinitely far away.
 
-use std::ops::Range;
-
 use glam::Vec3;
-use mobula_core::Columns3;
 
 use crate::math::normalize_or;
 use crate::stack::{Illumination, Light};
@@ -11,24 +8,28 @@ use crate::stack::{Illumination, Light};
 /// Parallel light: the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Directional {
-    direction: Vec3,
-    color: Vec3,
+    /// Towards the light, of any length; from above along y if it has none.
+    pub direction: Vec3,
+    /// Radiance that arrives, linear RGB.
+    pub color: Vec3,
 }
 
-impl Directional {
-    /// Light from `direction` (towards the light, of any length; from above along y if it has none), of radiance `color`.
-    pub fn new(direction: Vec3, color: Vec3) -> Self {
-        Self { direction: normalize_or(direction.to_array().map(f64::from), Vec3::Y), color }
+impl Default for Directional {
+    /// White, from the upper left.
+    fn default() -> Self {
+        Self { direction: Vec3::new(-0.4, 1.0, 0.6), color: Vec3::splat(0.9) }
     }
 }
 
-impl<const N: usize> Light<N> for Directional {
-    fn illuminate(&self, _points: &Columns3<N>, range: Range<usize>, out: &mut Illumination<N>) {
+impl Light for Directional {
+    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination) {
+        let count = points[0].len();
+        let direction = normalize_or(self.direction.to_array().map(f64::from), Vec3::Y);
         for axis in 0..3 {
-            out.direction[axis][range.clone()].fill(self.direction[axis]);
-            out.radiance[axis][range.clone()].fill(self.color[axis]);
+            out.direction[axis][..count].fill(direction[axis]);
+            out.radiance[axis][..count].fill(self.color[axis]);
         }
-        out.distance[range].fill(f32::INFINITY);
+        out.distance[..count].fill(f32::INFINITY);
     }
 
     fn position(&self) -> Option<Vec3> {

@@ -1,23 +1,15 @@
-//! Lights, and what stands before them.
+//! Lights: what reaches points, as if nothing were in the way.
+//!
+//! A new light is a file with the trait [`Light`], and a line in [`LightKind`].
 
-mod ambient;
 mod directional;
+mod hemisphere;
+mod kind;
 mod point;
-pub mod shadow;
 
-use std::sync::Arc;
-
-pub use ambient::Ambient;
 pub use directional::Directional;
+pub use hemisphere::Hemisphere;
+pub use kind::LightKind;
 pub use point::Point;
 
-use crate::scene::LightDescription;
-use crate::stack::Light;
-
-/// The light that a description describes.
-pub fn build<const N: usize>(description: &LightDescription) -> Arc<dyn Light<N>> {
-    match *description {
-        LightDescription::Point { position, color, falloff } => Arc::new(Point { position, color, falloff }),
-        LightDescription::Directional { direction, color } => Arc::new(Directional::new(direction, color)),
-    }
-}
+pub use crate::stack::{AmbientLight, Light};

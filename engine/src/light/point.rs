@@ -1,11 +1,8 @@
 //! A light without extent.
 
-use std::ops::Range;
-
 use glam::Vec3;
-use mobula_core::Columns3;
-use mobula_core::rays::{set_vec3, vec3};
 
+use crate::packet::{set_vec3, vec3};
 use crate::stack::{Illumination, Light};
 
 /// Light from a point.
@@ -13,17 +10,24 @@ use crate::stack::{Illumination, Light};
 pub struct Point {
     /// Where it is.
     pub position: Vec3,
-    /// Radiance that arrives; with falloff, at distance 1.
+    /// Radiance that arrives; with falloff, at distance 1. Linear RGB.
     pub color: Vec3,
     /// Does it get weaker with the square of the distance?
     pub falloff: bool,
 }
 
-impl<const N: usize> Light<N> for Point {
+impl Default for Point {
+    /// White, at the origin, as bright everywhere.
+    fn default() -> Self {
+        Self { position: Vec3::ZERO, color: Vec3::ONE, falloff: false }
+    }
+}
+
+impl Light for Point {
     /// A point at the light itself gets nothing.
-    fn illuminate(&self, points: &Columns3<N>, range: Range<usize>, out: &mut Illumination<N>) {
-        for i in range {
-            let v = self.position - vec3(points, i);
+    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination) {
+        for i in 0..points[0].len() {
+            let v = self.position - vec3(&points, i);
             let square = v.dot(v);
             let distance = square.sqrt();
             let usable = square > 0.0 && square < f32::INFINITY;

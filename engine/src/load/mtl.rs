@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::lines::{CheckedLines, Stop};
 use super::mtl_check::MtlCheck;
 use super::{LoadError, input};
-use crate::scene::{MaterialDescription, NamedMaterial, PhongDescription};
+use crate::material::{Flat, Lambertian, Material, NamedMaterial, Phong};
 
 /// Materials and the index of each name, as `tobj` wants them.
 pub(super) type Materials = (Vec<tobj::Material>, HashMap<String, usize>);
@@ -63,12 +64,12 @@ pub(super) fn describe(material: &tobj::Material) -> NamedMaterial {
         (true, false) => specular.max_element(),
     };
     let plain = specular == Vec3::ZERO || material.illumination_model.is_some_and(|model| model < 2);
-    let material_description = if emission != Vec3::ZERO {
-        MaterialDescription::Flat { color: emission }
+    let described: Arc<dyn Material> = if emission != Vec3::ZERO {
+        Arc::new(Flat { color: emission })
     } else if plain && transparency == 0.0 && reflection == 0.0 {
-        MaterialDescription::Lambertian { diffuse }
+        Arc::new(Lambertian { diffuse })
     } else {
-        MaterialDescription::Phong(PhongDescription {
+        Arc::new(Phong {
             diffuse,
             specular: if plain { Vec3::ZERO } else { specular },
             shininess: material.shininess.unwrap_or(30.0).clamp(0.0, 10_000.0),
@@ -77,5 +78,5 @@ pub(super) fn describe(material: &tobj::Material) -> NamedMaterial {
             refractive_index,
         })
     };
-    NamedMaterial { name: material.name.clone(), material: material_description }
+    NamedMaterial { name: material.name.clone(), material: described }
 }

@@ -3,15 +3,18 @@
 use std::cell::RefCell;
 use std::collections::HashSet;
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::lines::CheckedLines;
+use super::loaded::{Loaded, Report, display_name};
 use super::obj_check::{FaceHas, ObjCheck};
-use super::{LoadError, Loaded, Report, input, mtl, polygon};
-use crate::scene::{DEFAULT_MATERIAL, Mesh, MeshGroup, NO_INDEX, Object, SceneDescription};
+use super::{LoadError, input, mtl, polygon};
+use crate::geometry::{DEFAULT_MATERIAL, Geometry, Mesh, MeshGroup, NO_INDEX};
+use crate::scene::SceneDescription;
 
+/// The remedy for what is not OBJ.
+const REMEDY: &str = "export it as Wavefront OBJ";
 /// Statements that name MTL files beyond this many are left out.
 const MOST_LIBRARIES: usize = 64;
 
@@ -54,21 +57,37 @@ pub(super) fn load(file: &Path) -> Result<Loaded, LoadError> {
     report_left_out(file, &check, &mut warnings);
 
     let mut scene = SceneDescription {
-        name: super::display_name(file),
+        name: display_name(file),
         materials: materials.unwrap_or_default().iter().map(mtl::describe).collect(),
         ..SceneDescription::default()
     };
-    let report = Report {
-        format: if input.gzip { "OBJ, gzip" } else { "OBJ" },
-        vertices: check.counts[0],
-        texture_coordinates: check.counts[1],
-        normals: check.counts[2],
-        faces: check.faces,
-        warnings,
-        ..Report::of_mesh(&mesh)
-    };
-    scene.objects.push(Object::Mesh(Arc::new(mesh)));
+    let mut census = mesh.census();
+    // Of the file; the mesh has those that faces use.
+    for (item, count) in [
+        (Mesh::VERTICES, check.counts[0]),
+        (Mesh::TEXTURE_COORDINATES, check.counts[1]),
+        (Mesh::NORMALS, check.counts[2]),
+        (Mesh::FACES, check.faces),
+    ] {
+        census.set(item, count);
+    }
+    let report = Report { format: if input.gzip { "OBJ, gzip" } else { "OBJ" }, census, warnings };
+    scene.add(mesh);
     Ok(Loaded { scene, report })
+}
+
+/// Do all complete lines at the start of a file look like OBJ?
+pub(super) fn looks_like(start: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(start);
+    let mut statements = 0;
+    for line in text.split_inclusive('\n').filter(|line| line.ends_with('\n')) {
+        match line.split_whitespace().next() {
+            Some("v" | "vn" | "vt" | "f" | "g" | "o" | "s" | "l" | "p" | "mtllib" | "usemtl") => statements += 1,
+            Some(word) if !word.starts_with('#') => return false,
+            _ => {}
+        }
+    }
+    statements > 0
 }
 
 /// What the `mtllib` statements of a file brought.
@@ -117,7 +136,7 @@ fn assemble(file: &Path, models: &[tobj::Model], check: &ObjCheck) -> Result<Mes
     if u32::try_from(total).is_err() {
         return Err(LoadError::new(file, format!("{total} vertices are more than 32-bit indices reach"), "split it"));
     }
-    let mut mesh = Mesh { name: super::display_name(file), ..Mesh::default() };
+    let mut mesh = Mesh { name: display_name(file), ..Mesh::default() };
     let mut face_has = check.face_has.iter();
     let mut cut = Vec::new();
     let mut corner_of = Vec::new();
@@ -190,7 +209,7 @@ fn nothing(file: &Path, check: &ObjCheck, lines: u64) -> LoadError {
         LoadError::new(file, "the file is empty", "export the mesh again").at(1)
     } else if vertices == 0 && check.unknown.0 > 0 {
         let text = format!("not an OBJ file: {} of its {lines} lines say nothing that OBJ knows", check.unknown.0);
-        LoadError::new(file, text, super::SUPPORTED).at(check.unknown.1)
+        LoadError::new(file, text, REMEDY).at(check.unknown.1)
     } else {
         let text = format!("no face in {lines} lines ({vertices} vertices)");
         LoadError::new(file, text, "export it as a triangle mesh").at(last)

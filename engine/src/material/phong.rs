@@ -2,119 +2,153 @@
 //! Inexpensive BRDF Model for Physically-based Rendering", 1994, for how mirroring grows towards grazing angles).
 
 use glam::Vec3;
-use mobula_core::rays::{set_vec3, vec3};
-use mobula_core::{Column, Columns3, SubPacket};
 
-use super::lambertian::{add, ambient, scattered};
-use super::{Points, for_each_color, secondary};
-use crate::light::shadow;
+use super::lambertian::{ambient, diffuse, scattered};
 use crate::math::{normalize, pow};
-use crate::scene::PhongDescription;
+use crate::packet::{Column, Columns3, SubPacket, add_vec3, set_vec3, vec3};
 use crate::scratch::lend;
+use crate::shading::{Points, illuminate, trace};
 use crate::stack::{Context, Illumination, Material};
 
 /// Scatters, shines, mirrors, and lets through. Of all light that is not mirrored, a fraction comes from behind, unbent
 /// (thin glass), and the rest from the surface itself.
-#[derive(Clone, Debug, PartialEq)]
+/// Colours are linear RGB; numbers out of range count as the nearest that is within, NaN as 0. The names in brackets are those of MTL
+/// files.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phong {
-    diffuse: Vec3,
-    specular: Vec3,
-    shininess: f32,
-    /// Mirrored fraction seen head on; 0 for none at any angle.
-    reflection: f32,
-    transparency: f32,
+    /// Fraction of the light that is scattered (`Kd`).
+    pub diffuse: Vec3,
+    /// Strength of the highlight (`Ks`).
+    pub specular: Vec3,
+    /// Sharpness of the highlight (`Ns`), 0 to about 1000.
+    pub shininess: f32,
+    /// Fraction of the light that is mirrored, seen head on; it grows towards grazing angles. 0 for none at any angle. `illum 3` and
+    /// above with a high `Ks` means some.
+    pub reflection: f32,
+    /// Fraction of the light that comes from behind, unbent (`1 - d`, `Tr`).
+    pub transparency: f32,
+    /// Index of refraction (`Ni`): how fast mirroring grows towards grazing angles where there is transparency.
+    pub refractive_index: f32,
+}
+
+impl Default for Phong {
+    fn default() -> Self {
+        Self {
+            diffuse: Vec3::splat(0.7),
+            specular: Vec3::ZERO,
+            shininess: 30.0,
+            reflection: 0.0,
+            transparency: 0.0,
+            refractive_index: 1.5,
+        }
+    }
 }
 
 /// Transparent surfaces mirror only so many reflections and refractions deep: two rays a hit would double at each.
 const DEEPEST_GLASS_MIRROR: u32 = 1;
 
 impl Phong {
-    /// The material of a description. Numbers out of range are clamped to it; NaN counts as 0.
-    pub fn new(description: &PhongDescription) -> Self {
+    /// The same with all numbers in range, and at least the reflection that goes with the index of refraction.
+    fn sound(&self) -> Self {
         let clamp = |x: f32, most: f32| if x > 0.0 { x.min(most) } else { 0.0 };
         let clamp3 = |v: Vec3| Vec3::from(v.to_array().map(|x| clamp(x, f32::MAX)));
-        let transparency = clamp(description.transparency, 1.0);
-        let mut reflection = clamp(description.reflection, 1.0);
+        let transparency = clamp(self.transparency, 1.0);
+        let mut reflection = clamp(self.reflection, 1.0);
         if transparency > 0.0 {
-            let n = if description.refractive_index > 0.0 { description.refractive_index } else { 1.0 };
+            let n = if self.refractive_index > 0.0 { self.refractive_index } else { 1.0 };
             let r = (n - 1.0) / (n + 1.0);
             reflection = reflection.max(r * r);
         }
         Self {
-            diffuse: clamp3(description.diffuse),
-            specular: clamp3(description.specular),
-            shininess: clamp(description.shininess, 10_000.0),
+            diffuse: clamp3(self.diffuse),
+            specular: clamp3(self.specular),
+            shininess: clamp(self.shininess, 10_000.0),
             reflection,
             transparency,
+            refractive_index: self.refractive_index,
         }
     }
 }
 
-impl<const N: usize> Material<N> for Phong {
-    fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let points: &mut Points<N> = &mut lend();
-        let light: &mut Columns3<N> = &mut lend();
-        points.fill(context, hits);
+impl Material for Phong {
+    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>) {
+        let sound = self.sound();
+        let points: &mut Points = &mut lend(context.width);
+        let light: &mut Columns3 = &mut lend(context.width);
+        points.fill(hits);
         ambient(context, points, light);
-        let shine: &mut Columns3<N> = &mut lend();
-        points.range().for_each(|i| set_vec3(shine, i, Vec3::ZERO));
-        let arriving: &mut Illumination<N> = &mut lend();
+        let shine: &mut Columns3 = &mut lend(context.width);
+        shine.iter_mut().for_each(|column| column[..points.len()].fill(0.0));
+        let arriving: &mut Illumination = &mut lend(context.width);
         for source in &context.scene.lights {
-            shadow::illuminate(context, &**source, points, arriving);
-            for i in points.range() {
-                let radiance = arriving.radiance(i);
+            illuminate(context, &**source, points, arriving);
+            let directions = &hits.directions();
+            for i in 0..points.len() {
+                let radiance = vec3(&arriving.radiance, i);
                 if radiance != Vec3::ZERO {
-                    add(light, i, scattered(points, arriving, i));
-                    let (mirrored, _) = self.mirror(hits, points, i);
-                    let towards = mirrored.dot(arriving.direction(i));
-                    if towards > 0.0 && self.specular != Vec3::ZERO {
-                        add(shine, i, self.specular * radiance * pow(towards, self.shininess));
+                    add_vec3(light, i, scattered(points, arriving, i));
+                    let (mirrored, _) = mirror(directions, points, i);
+                    let towards = mirrored.dot(vec3(&arriving.direction, i));
+                    if towards > 0.0 && sound.specular != Vec3::ZERO {
+                        add_vec3(shine, i, sound.specular * radiance * pow(towards, sound.shininess));
                     }
                 }
             }
         }
         // `light` becomes the colour: first of the surface itself.
-        for_each_color(context, hits, |i, own| {
-            let color = self.diffuse * own * vec3(light, i);
-            set_vec3(light, i, color);
-        });
-        if self.reflection > 0.0 || self.transparency > 0.0 {
-            self.blend_secondary(context, hits, points, light);
+        diffuse(hits, sound.diffuse, light);
+        if sound.reflection > 0.0 || sound.transparency > 0.0 {
+            sound.blend_secondary(context, hits, points, light);
         }
-        points.range().for_each(|i| hits.set_color(i, vec3(light, i) + vec3(shine, i)));
+        for ((out, light), shine) in hits.colors_mut().into_iter().zip(light).zip(shine) {
+            for ((out, light), shine) in out.iter_mut().zip(light.iter()).zip(shine.iter()) {
+                *out = light + shine;
+            }
+        }
     }
 
     fn base_color(&self) -> Vec3 {
-        self.diffuse
+        self.sound().diffuse
+    }
+
+    /// Mirroring, which grows towards grazing angles, is left aside.
+    fn opacity(&self) -> f32 {
+        1.0 - self.sound().transparency
+    }
+
+    fn describe(&self) -> String {
+        let Vec3 { x, y, z } = self.diffuse;
+        let mut text = format!("diffuse ({x:.2}, {y:.2}, {z:.2}), highlight {:.0}", self.shininess);
+        if self.reflection > 0.0 {
+            text.push_str(&format!(", mirrors {:.2}", self.reflection));
+        }
+        if self.transparency > 0.0 {
+            text.push_str(&format!(", lets through {:.2}", self.transparency));
+        }
+        text
     }
 }
 
-impl Phong {
-    /// The mirrored unit direction at row `i`, and the cosine of the angle of incidence.
-    #[inline(always)]
-    fn mirror<const N: usize>(&self, hits: &SubPacket<'_, N>, points: &Points<N>, i: usize) -> (Vec3, f32) {
-        let (_, direction) = hits.ray(i);
-        let direction = normalize(direction);
-        let normal = points.normal(i);
-        let cosine = -direction.dot(normal);
-        (direction + normal * (2.0 * cosine), cosine.clamp(0.0, 1.0))
-    }
+/// The mirrored unit direction at row `i`, and the cosine of the angle of incidence.
+#[inline(always)]
+fn mirror(directions: &[&[f32]; 3], points: &Points, i: usize) -> (Vec3, f32) {
+    let direction = normalize(vec3(directions, i));
+    let normal = points.normal(i);
+    let cosine = -direction.dot(normal);
+    (direction + normal * (2.0 * cosine), cosine.clamp(0.0, 1.0))
+}
 
+impl Phong {
     /// Adds what is mirrored and what shines through to `color`, the colour of the surface itself.
-    fn blend_secondary<const N: usize>(
-        &self,
-        context: &Context<'_, N>,
-        hits: &SubPacket<'_, N>,
-        points: &Points<N>,
-        color: &mut Columns3<N>,
-    ) {
-        let mirrors = self.reflection > 0.0 && (self.transparency == 0.0 || hits.depth <= DEEPEST_GLASS_MIRROR);
-        let mirrored: &mut Column<f32, N> = &mut lend();
-        let behind: &mut Column<f32, N> = &mut lend();
-        for i in points.range() {
+    fn blend_secondary(&self, context: &Context<'_>, hits: &SubPacket<'_>, points: &Points, color: &mut Columns3) {
+        let mirrors = self.reflection > 0.0 && (self.transparency == 0.0 || hits.depth() <= DEEPEST_GLASS_MIRROR);
+        let mirrored: &mut Column<f32> = &mut lend(context.width);
+        let behind: &mut Column<f32> = &mut lend(context.width);
+        let directions = &hits.directions();
+        for i in 0..points.len() {
             mirrored[i] = 0.0;
             if mirrors {
-                let (_, cosine) = self.mirror(hits, points, i);
+                let (_, cosine) = mirror(directions, points, i);
                 let x = 1.0 - cosine;
                 mirrored[i] = self.reflection + (1.0 - self.reflection) * (x * x * x * x * x);
             }
@@ -124,19 +158,18 @@ impl Phong {
             set_vec3(color, i, kept);
         }
         if mirrors {
-            secondary::trace(context, hits, mirrored, color, |i| {
-                let (direction, _) = self.mirror(hits, points, i);
+            let origin = |i| points.offset(i, 1.0, 0.0);
+            trace(context, hits, mirrored, color, origin, |i| {
+                let (direction, _) = mirror(directions, points, i);
                 // A shading normal may mirror into the surface: then along it instead.
                 let geometric = points.geometric_normal(i);
                 let inwards = direction.dot(geometric).min(0.0);
-                (points.offset(i, 1.0, 0.0), normalize(direction - geometric * inwards))
+                normalize(direction - geometric * inwards)
             });
         }
         if self.transparency > 0.0 {
-            secondary::trace(context, hits, behind, color, |i| {
-                let (_, direction) = hits.ray(i);
-                (points.offset(i, -1.0, 0.0), normalize(direction))
-            });
+            let origin = |i| points.offset(i, -1.0, 0.0);
+            trace(context, hits, behind, color, origin, |i| normalize(vec3(directions, i)));
         }
     }
 }

@@ -1,10 +1,8 @@
 //! Materials that no light changes.
 
 use glam::Vec3;
-use mobula_core::rays::{set_vec3, vec3};
-use mobula_core::{Columns3, SubPacket};
 
-use super::for_each_color;
+use crate::packet::{Columns3, SubPacket};
 use crate::scratch::lend;
 use crate::stack::{Context, Material};
 
@@ -15,32 +13,56 @@ pub struct Flat {
     pub color: Vec3,
 }
 
-impl<const N: usize> Material<N> for Flat {
-    fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        let colors: &mut Columns3<N> = &mut lend();
-        for_each_color(context, hits, |i, own| set_vec3(colors, i, self.color * own));
-        hits.range().for_each(|i| hits.set_color(i, vec3(colors, i)));
+impl Default for Flat {
+    /// White.
+    fn default() -> Self {
+        Self { color: Vec3::ONE }
+    }
+}
+
+impl Material for Flat {
+    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>) {
+        let Some(own) = hits.own_colors() else { return hits.fill_color(self.color) };
+        let colors: &mut Columns3 = &mut lend(context.width);
+        for ((to, own), channel) in colors.iter_mut().zip(own).zip(self.color.to_array()) {
+            to.iter_mut().zip(own).for_each(|(to, own)| *to = channel * own);
+        }
+        hits.set_colors(colors);
     }
 
     fn base_color(&self) -> Vec3 {
         self.color
     }
+
+    fn describe(&self) -> String {
+        format!("flat ({:.2}, {:.2}, {:.2})", self.color.x, self.color.y, self.color.z)
+    }
 }
 
-/// The shading normal as a colour: `(n + 1) / 2`.
+/// The shading normal as a colour: `(n + 1) / 2`, for looking at geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NormalColor;
 
-impl<const N: usize> Material<N> for NormalColor {
-    fn shade(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        hits.normals(context.scene.surface());
-        for i in hits.range() {
-            let (_, normal) = hits.derived(i);
-            hits.set_color(i, normal * 0.5 + 0.5);
+impl NormalColor {
+    /// Writes the colours.
+    pub(crate) fn show(hits: &mut SubPacket<'_>) {
+        let (normals, colors) = hits.normals_and_colors();
+        for (out, normal) in colors.into_iter().zip(normals) {
+            out.iter_mut().zip(normal).for_each(|(out, normal)| *out = normal * 0.5 + 0.5);
         }
+    }
+}
+
+impl Material for NormalColor {
+    fn shade(&self, _context: &Context<'_>, hits: &mut SubPacket<'_>) {
+        Self::show(hits);
     }
 
     fn base_color(&self) -> Vec3 {
         Vec3::splat(0.5)
+    }
+
+    fn describe(&self) -> String {
+        "normal as colour".to_owned()
     }
 }

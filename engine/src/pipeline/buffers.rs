@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use super::safe_point::Channel;
+use super::channel::Channel;
 use super::stage::{StageBuffer, View};
 use crate::image::Size;
 

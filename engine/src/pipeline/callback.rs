@@ -1,4 +1,5 @@
-//! Callbacks: the application's functions that the pipeline calls at fixed places of its loop.
+//! Callbacks, the application's functions that the pipeline calls at fixed places of its loop; and the safe point, which serial ones
+//! and transactions get: they may change the state there, ask things of the pipeline, and add callbacks. Hence one file has both.
 //!
 //! Source: Bigler, Stephens and Parker 2006, section 5.3. The order within a frame: transactions, one-shots, serial
 //! animation, resize, changed; parallel animation; serial pre-render; parallel pre-render; the stages. A serial callback
@@ -8,61 +9,17 @@
 //! [`SafePoint::mark_changed`].
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use super::fault::{Caught, catch};
-use super::safe_point::SafePoint;
+use super::channel::Channel;
+use super::fault::{Caught, Fault, catch};
+use super::moment::{CallbackId, Due, Moment, Parallel, ParallelMoment, Worker, next_id};
+use super::threads::{ThreadCountError, check_thread_count};
 use crate::image::Size;
-
-/// Names a callback so that it can be removed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct CallbackId(u64);
-
-/// What a parallel callback gets: the state, shared, and which share of the work is its own.
-#[derive(Debug)]
-pub struct Worker<'a, S> {
-    /// The application's state. To change it in place it needs interior mutability (locks or atomics per part).
-    pub state: &'a S,
-    /// This thread's index, below `threads`.
-    pub thread: usize,
-    /// How many threads run this callback at once.
-    pub threads: usize,
-    /// Number of the frame that is about to be rendered.
-    pub frame: u64,
-    /// Time of that frame.
-    pub time: Duration,
-}
-
-impl<S> Worker<'_, S> {
-    /// This thread's even share of `0..items`. The shares of all threads together are `0..items`, each item once.
-    pub fn share(&self, items: usize) -> std::ops::Range<usize> {
-        crate::balance::even_share(items, self.thread, self.threads)
-    }
-}
-
-/// When a serial callback is called.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Moment {
-    Setup,
-    Animation,
-    Changed,
-    PreRender,
-    Idle,
-    Termination,
-}
-
-/// When a parallel callback is called.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ParallelMoment {
-    Animation,
-    PreRender,
-}
 
 type SerialCall<S> = Box<dyn FnMut(&mut SafePoint<'_, S>) + Send>;
 type ResizeCall<S> = Box<dyn FnMut(&mut SafePoint<'_, S>, usize, Size) + Send>;
 type OnceCall<S> = Box<dyn FnOnce(&mut SafePoint<'_, S>) + Send>;
-type ParallelCall<S> = Box<dyn Fn(&Worker<'_, S>) + Send + Sync>;
 
 /// A list of callbacks. Names are for error messages.
 pub struct Callbacks<S> {
@@ -71,20 +28,6 @@ pub struct Callbacks<S> {
     once: Vec<(CallbackId, String, Due, OnceCall<S>)>,
     parallel: Vec<Arc<Parallel<S>>>,
     removed: Vec<CallbackId>,
-}
-
-/// A parallel callback, shared with the render threads during its phase.
-pub(super) struct Parallel<S> {
-    id: CallbackId,
-    name: String,
-    moment: ParallelMoment,
-    call: ParallelCall<S>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Due {
-    Frame(u64),
-    Time(Duration),
 }
 
 impl<S> Callbacks<S> {
@@ -302,21 +245,6 @@ impl<S> Callbacks<S> {
     }
 }
 
-impl<S> Parallel<S> {
-    pub(super) fn call(&self, worker: &Worker<'_, S>) -> Result<(), Caught> {
-        catch(format_args!("callback {}", self.name), || (self.call)(worker))
-    }
-}
-
-impl Due {
-    fn is_due(self, frame: u64, time: Duration) -> bool {
-        match self {
-            Self::Frame(due) => frame >= due,
-            Self::Time(due) => time >= due,
-        }
-    }
-}
-
 impl<S> Default for Callbacks<S> {
     fn default() -> Self {
         Self { serial: Vec::new(), resize: Vec::new(), once: Vec::new(), parallel: Vec::new(), removed: Vec::new() }
@@ -331,8 +259,102 @@ impl<S> std::fmt::Debug for Callbacks<S> {
     }
 }
 
-fn next_id() -> CallbackId {
-    static NEXT: AtomicU64 = AtomicU64::new(0);
-    // Relaxed: only uniqueness matters.
-    CallbackId(NEXT.fetch_add(1, Ordering::Relaxed))
+/// The state and the pipeline, while all render threads stand at the barrier.
+///
+/// Transactions and serial callbacks get this. Requests to the pipeline take effect before the next frame.
+pub struct SafePoint<'a, S> {
+    /// The application's state.
+    pub state: &'a mut S,
+    /// Number of the next frame, from 0.
+    pub frame: u64,
+    /// Time of the next frame since the pipeline first ran (see [`Config::frame_time`](super::Config::frame_time)).
+    pub time: Duration,
+    /// Render threads at present.
+    pub threads: usize,
+    pub(super) channels: &'a [Channel],
+    pub(super) requests: &'a mut Requests<S>,
+    pub(super) fault: Option<&'a Fault>,
+}
+
+impl<S> SafePoint<'_, S> {
+    /// The picture is out of date: render another frame even if the pipeline only renders on demand, and tell the
+    /// stages that this frame is not a refinement of the last one.
+    pub fn mark_changed(&mut self) {
+        self.requests.changed = true;
+    }
+
+    /// Ends the run before the next frame; frames that were rendered are still displayed.
+    pub fn stop(&mut self) {
+        self.requests.stop = true;
+    }
+
+    /// From the next frame on, renders with `threads` threads.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), ThreadCountError> {
+        check_thread_count(threads)?;
+        self.requests.threads = Some(threads);
+        Ok(())
+    }
+
+    /// From the next frame on, renders a channel at another size. Unknown channels are ignored.
+    pub fn resize(&mut self, channel: usize, size: Size) {
+        self.requests.resize.push((channel, size));
+    }
+
+    /// From the next frame on, renders one more channel; returns its index.
+    pub fn add_channel(&mut self, name: impl Into<String>, size: Size) -> usize {
+        self.requests.channels.push(Channel { name: name.into(), size, open: true });
+        self.channels.len() + self.requests.channels.len() - 1
+    }
+
+    /// From the next frame on, renders no frames for a channel; those on their way are still shown. No other channel changes
+    /// its index. Unknown channels are ignored.
+    pub fn remove_channel(&mut self, channel: usize) {
+        self.requests.removed.push(channel);
+    }
+
+    /// The channels at present, those that were removed too.
+    pub fn channels(&self) -> &[Channel] {
+        self.channels
+    }
+
+    /// Adds and removes callbacks, from the next frame on.
+    pub fn callbacks(&mut self) -> &mut Callbacks<S> {
+        &mut self.requests.callbacks
+    }
+
+    /// In a termination callback: why the run ended, if something failed. The state may be half changed then.
+    pub fn fault(&self) -> Option<&Fault> {
+        self.fault
+    }
+}
+
+impl<S: std::fmt::Debug> std::fmt::Debug for SafePoint<'_, S> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SafePoint").field("state", &self.state).field("frame", &self.frame).finish_non_exhaustive()
+    }
+}
+
+/// What was asked of the pipeline at a safe point.
+pub(super) struct Requests<S> {
+    pub(super) changed: bool,
+    pub(super) stop: bool,
+    pub(super) threads: Option<usize>,
+    pub(super) resize: Vec<(usize, Size)>,
+    pub(super) channels: Vec<Channel>,
+    pub(super) removed: Vec<usize>,
+    pub(super) callbacks: Callbacks<S>,
+}
+
+impl<S> Default for Requests<S> {
+    fn default() -> Self {
+        Self {
+            changed: false,
+            stop: false,
+            threads: None,
+            resize: Vec::new(),
+            channels: Vec::new(),
+            removed: Vec::new(),
+            callbacks: Callbacks::default(),
+        }
+    }
 }

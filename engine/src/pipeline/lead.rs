@@ -9,12 +9,14 @@ use std::time::{Duration, Instant};
 use crossbeam_utils::sync::Parker;
 
 use super::buffers::{Buffers, Stamp};
-use super::callback::{Callbacks, Moment, Parallel, ParallelMoment};
+use super::callback::{Callbacks, Requests, SafePoint};
+use super::channel::Channel;
+use super::config::Config;
 use super::fault::{Caught, catch};
+use super::moment::{Moment, Parallel, ParallelMoment};
 use super::report::Stopwatch;
-use super::run::Run;
-use super::safe_point::{Channel, Requests, SafePoint};
-use super::stage::{Plan, Stage, StageBuffer};
+use super::stage::{Plan, Signals, Stage, StageBuffer};
+use super::transaction::Receiver;
 
 /// What the render threads do between two crossings of the barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,9 +148,21 @@ impl<S> Leader<S> {
     }
 }
 
-impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
+/// What the work at the barrier needs of the pipeline and of the run.
+#[derive(Clone, Copy)]
+pub(super) struct Lead<'a, S> {
+    pub(super) config: &'a Config,
+    pub(super) inbox: &'a Receiver<S>,
+    pub(super) signals: &'a Signals,
+}
+
+impl<S: Send + Sync + 'static> Lead<'_, S> {
     /// Decides what the render threads do next, and does what comes before it.
-    pub(super) fn next_phase(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
+    pub(super) fn next_phase<B: StageBuffer>(
+        &self,
+        shared: &mut Shared<S, B>,
+        leader: &mut Leader<S>,
+    ) -> Result<Phase, Caught> {
         match shared.phase {
             Phase::Setup => {
                 leader.requests.changed = true;
@@ -166,7 +180,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
         }
     }
 
-    fn finish_turn(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) {
+    fn finish_turn<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) {
         let now = Instant::now();
         let time = now - leader.turn_start;
         leader.turn_start = now;
@@ -174,7 +188,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
             leader.rendering = false;
             leader.watch.record(time);
             shared.frame += 1;
-            let meter = &self.pipeline.inbox.progress;
+            let meter = &self.inbox.progress;
             meter.frames.store(shared.frame, Ordering::Relaxed);
             meter.frame_nanoseconds.store(time.as_nanos() as u64, Ordering::Relaxed);
         }
@@ -184,8 +198,8 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
     }
 
     /// Transactions and callbacks; sleep if there is nothing to do; then the next frame.
-    fn safe_point(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
-        let (inbox, config) = (&self.pipeline.inbox, &self.pipeline.config);
+    fn safe_point<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
+        let Self { inbox, config, .. } = self;
         loop {
             shared.time = leader.now(shared.frame, config.frame_time);
             let (_, mut point) = leader.point(shared);
@@ -223,7 +237,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
         }
     }
 
-    fn begin_frame(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
+    fn begin_frame<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
         let (callbacks, mut point) = leader.point(shared);
         callbacks.call(Moment::Animation, &mut point)?;
         self.apply_requests(shared, leader)?;
@@ -245,7 +259,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
         Ok(Phase::Animation)
     }
 
-    fn pre_render(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
+    fn pre_render<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
         let (callbacks, mut point) = leader.point(shared);
         callbacks.call(Moment::PreRender, &mut point)?;
         let callbacks = leader.callbacks.parallel(ParallelMoment::PreRender);
@@ -256,7 +270,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
         Ok(Phase::PreRender)
     }
 
-    fn begin_turn(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
+    fn begin_turn<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
         let stamp = Stamp { number: shared.frame, time: shared.time, changed: leader.requests.changed };
         leader.requests.changed = false;
         leader.more = false;
@@ -268,7 +282,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
     }
 
     /// Carries out what was asked of the pipeline, except for thread counts and the end.
-    fn apply_requests(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<(), Caught> {
+    fn apply_requests<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<(), Caught> {
         leader.callbacks.merge(&mut leader.requests.callbacks);
         let mut resized = std::mem::take(&mut leader.new_channels);
         for channel in std::mem::take(&mut leader.requests.channels) {
@@ -301,7 +315,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Run<'_, S, B> {
     }
 
     /// Lets the stages prepare for the turn.
-    pub(super) fn begin_stages(&self, shared: &mut Shared<S, B>) -> Result<(), Caught> {
+    pub(super) fn begin_stages<B: StageBuffer>(&self, shared: &mut Shared<S, B>) -> Result<(), Caught> {
         let Shared { state, stages, buffers, channels, members, .. } = shared;
         // As `Frame::channels` has them: in the first stage, those that are open.
         let sizes: Vec<_> = channels.iter().filter(|channel| channel.open).map(|channel| channel.size).collect();

@@ -11,9 +11,9 @@
 //! |---|---|
 //! | [`barrier`] | where the threads meet |
 //! | `run`, `lead` | the loop of a render thread; what the last to arrive does at the barrier |
-//! | [`mod@stage`], [`mod@display`], `buffers` | what is done with a frame, and where its pictures are |
-//! | `transaction`, `ticket`, `safe_point` | how other threads change the state, and hear of it |
-//! | [`callback`] | how the application takes part in the loop |
+//! | [`mod@stage`], [`mod@display`], `buffers`, `channel` | what is done with a frame, and where its pictures are |
+//! | `transaction`, `ticket` | how other threads change the state, and hear of it |
+//! | [`callback`], `moment` | how the application takes part in the loop |
 //! | [`fault`] | how a panic becomes an error that names a component |
 //! | [`threads`], `config`, `report` | thread counts and pinning; settings; what a run took |
 //!
@@ -46,13 +46,14 @@
 pub mod barrier;
 mod buffers;
 pub mod callback;
+mod channel;
 mod config;
 pub mod display;
 pub mod fault;
 mod lead;
+mod moment;
 mod report;
 mod run;
-mod safe_point;
 pub mod stage;
 mod sync;
 pub mod threads;
@@ -64,12 +65,13 @@ use std::time::Duration;
 
 use crossbeam_utils::sync::Parker;
 
-pub use callback::{CallbackId, Callbacks, Worker};
+pub use callback::{Callbacks, SafePoint};
+pub use channel::Channel;
 pub use config::Config;
 pub use display::{Display, DisplayStage, NullDisplay, Picture, Shown, display};
 pub use fault::Fault;
+pub use moment::{CallbackId, Worker};
 pub use report::{FrameTimes, Report, StageReport, ThreadReport};
-pub use safe_point::{Channel, SafePoint};
 pub use stage::{Balance, Frame, Plan, Stage, StageBuffer, View, stage};
 pub use threads::{MAX_THREADS, ThreadCountError};
 pub use ticket::{Ticket, TransactionError};
@@ -77,9 +79,9 @@ pub use transaction::{Batch, Handle, Progress};
 
 use crate::image::{FrameBuffer, Size};
 use buffers::Buffers;
-use callback::Moment;
 use lead::{FIRST, Leader, Phase, Shared};
-use run::Run;
+use moment::Moment;
+use run::{Parts, Run};
 use transaction::Receiver;
 
 /// A parallel pipeline over the application's state `S`, with a buffer `B` for each stage and channel.
@@ -191,7 +193,8 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
         let stages = self.parts().0.stages.iter();
         let stages = stages.map(|stage| StageReport::new(stage.name(), stage.balance())).collect();
         let report = Report { stages, ..Report::default() };
-        let (report, fault) = Run::new(self, report).drive();
+        let Self { config, inbox, shared, leader, .. } = self;
+        let (report, fault) = Run::new(Parts { config, inbox, shared, leader }, report).drive();
         self.end_run(report, fault)
     }
 

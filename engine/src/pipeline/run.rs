@@ -3,30 +3,39 @@
 //! Source: Bigler, Stephens and Parker 2006, section 5.2, Figures 2 and 3.
 
 use std::sync::atomic::Ordering;
-use std::sync::{Mutex, PoisonError, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::thread::{Builder, Scope};
 use std::time::{Duration, Instant};
 
-use super::Pipeline;
 use super::barrier::{Barrier, Pass, Turn};
-use super::callback::Worker;
+use super::config::Config;
 use super::fault::{Caught, Fault, catch};
-use super::lead::{FIRST, Leader, Member, Phase, Shared};
+use super::lead::{FIRST, Lead, Leader, Member, Phase, Shared};
+use super::moment::Worker;
 use super::report::{Report, Tally};
 use super::stage::{Balance, Frame, Signals, StageBuffer};
 use super::threads::{cores, may_pin, pin_current};
+use super::transaction::Receiver;
+
+/// What a run needs of its pipeline.
+pub(super) struct Parts<'p, S, B> {
+    pub(super) config: &'p Config,
+    pub(super) inbox: &'p Receiver<S>,
+    pub(super) shared: &'p RwLock<Shared<S, B>>,
+    pub(super) leader: &'p Mutex<Leader<S>>,
+}
 
 /// What belongs to one run.
 pub(super) struct Run<'p, S, B> {
-    pub(super) pipeline: &'p Pipeline<S, B>,
+    pipeline: Parts<'p, S, B>,
     barrier: Barrier,
-    pub(super) signals: Signals,
+    signals: Signals,
     fault: Mutex<Option<Fault>>,
     report: Mutex<Report>,
 }
 
 impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
-    pub(super) fn new(pipeline: &'p Pipeline<S, B>, report: Report) -> Self {
+    pub(super) fn new(pipeline: Parts<'p, S, B>, report: Report) -> Self {
         Self {
             pipeline,
             barrier: Barrier::new(1),
@@ -160,11 +169,12 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
         let mut shared = self.write();
         let mut leader = self.pipeline.leader.lock().unwrap_or_else(PoisonError::into_inner);
         let slept = leader.slept;
-        let mut next = self.next_phase(&mut shared, &mut leader);
+        let lead = Lead { config: self.pipeline.config, inbox: self.pipeline.inbox, signals: &self.signals };
+        let mut next = lead.next_phase(&mut shared, &mut leader);
         if let Ok(phase @ (Phase::Animation | Phase::PreRender | Phase::Turn)) = next {
             self.change_threads(turn, threads, &mut shared, &mut leader);
             if phase == Phase::Turn {
-                next = self.begin_stages(&mut shared).map(|()| Phase::Turn);
+                next = lead.begin_stages(&mut shared).map(|()| Phase::Turn);
             }
         }
         shared.phase = next.unwrap_or_else(|caught| {

@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::safe_point::Channel;
+use super::channel::Channel;
 use crate::image::{FrameBuffer, Size};
 
 /// How the work of a stage is shared among the render threads.

@@ -13,8 +13,8 @@ use crossbeam_queue::SegQueue;
 use crossbeam_utils::CachePadded;
 use crossbeam_utils::sync::{Parker, Unparker};
 
+use super::callback::SafePoint;
 use super::fault::{Caught, catch};
-use super::safe_point::SafePoint;
 use super::threads::{ThreadCountError, check_thread_count};
 use super::ticket::{Completer, Ticket, TransactionError, ticket};
 use crate::image::Size;

@@ -1,11 +1,11 @@
 //! Renderers that show one quantity of each hit as a colour, to look at geometry.
 
 use glam::Vec3;
-use mobula_core::rays::{set_vec3, vec3};
-use mobula_core::{RayPacket, SubPacket};
 
-use super::runs::next_run;
+use crate::material::NormalColor;
 use crate::math::{hash, unit};
+use crate::packet::{Columns3, Packet, SubPacket, set_vec3};
+use crate::scratch::lend;
 use crate::stack::{Context, Renderer};
 
 /// What [`Inspect`] shows.
@@ -17,7 +17,7 @@ pub enum Quantity {
     Depth,
     /// Texture coordinates: red and green, their fractional parts.
     TextureCoordinates,
-    /// A colour for each primitive id.
+    /// A colour for each primitive.
     Primitive,
 }
 
@@ -25,53 +25,48 @@ pub enum Quantity {
 #[derive(Clone, Copy, Debug)]
 pub struct Inspect(pub Quantity);
 
-impl<const N: usize> Renderer<N> for Inspect {
-    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
-        packet.reset_hits();
+impl Renderer for Inspect {
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet) {
+        let scene = context.scene;
         context.statistics.count_rays(packet);
-        context.scene.intersect(context, packet);
-        let mut at = packet.range().start;
-        while let Some((material, range)) = next_run(packet, at) {
-            at = range.end;
-            match material {
-                Some(_) => self.show(context, &mut packet.sub_packet(range)),
-                None => range.for_each(|i| set_vec3(&mut packet.color, i, Vec3::ZERO)),
+        scene.intersect(context, packet);
+        for run in 0..packet.runs().len() {
+            match packet.runs()[run].hit {
+                Some((geometry, _)) => {
+                    let hits = &mut packet.sub_packet(run, Some(scene.geometry.get(geometry)));
+                    self.show(context, geometry, hits);
+                }
+                None => packet.sub_packet(run, None).fill_color(Vec3::ZERO),
             }
         }
     }
 }
 
 impl Inspect {
-    fn show<const N: usize>(&self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
+    fn show(&self, context: &Context<'_>, geometry: u32, hits: &mut SubPacket<'_>) {
         let scene = context.scene;
+        let colors: &mut Columns3 = &mut lend(context.width);
         match self.0 {
-            Quantity::Normal => {
-                hits.normals(scene.surface());
-                for i in hits.range() {
-                    let (_, normal) = hits.derived(i);
-                    hits.set_color(i, normal * 0.5 + 0.5);
-                }
-            }
+            Quantity::Normal => return NormalColor::show(hits),
             Quantity::Depth => {
-                let (low, high) = scene.geometry().bounds();
+                let (low, high) = scene.geometry.bounds();
                 let size = (high - low).length();
-                for i in hits.range() {
-                    hits.set_color(i, Vec3::splat(size / (size + hits.t_max[i])));
+                for (i, t) in hits.distances().iter().enumerate() {
+                    set_vec3(colors, i, Vec3::splat(size / (size + t)));
                 }
             }
             Quantity::TextureCoordinates => {
-                for i in hits.range() {
-                    let at = vec3(hits.texture_coordinates(scene.surface()), i);
-                    hits.set_color(i, at - at.floor());
+                for (to, from) in colors.iter_mut().zip(hits.texture_coordinates()) {
+                    to.iter_mut().zip(from).for_each(|(to, from)| *to = from - from.floor());
                 }
             }
             Quantity::Primitive => {
-                for i in hits.range() {
-                    let h = hash(hits.hits.primitive[i].wrapping_add(1));
-                    let channels = [h, h << 8, h << 16];
-                    hits.set_color(i, Vec3::from(channels.map(|c| 0.1 + 0.8 * unit(c))));
+                for (i, &primitive) in hits.primitives().iter().enumerate() {
+                    let h = hash((scene.geometry.place(geometry, primitive) as u32).wrapping_add(1));
+                    set_vec3(colors, i, Vec3::from([h, h << 8, h << 16].map(|c| 0.1 + 0.8 * unit(c))));
                 }
             }
         }
+        hits.set_colors(colors);
     }
 }

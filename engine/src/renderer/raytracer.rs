@@ -1,12 +1,12 @@
 //! The ray tracer of the paper's Figure 6.
 
-use mobula_core::RayPacket;
-
-use super::runs::next_run;
+use crate::medium::composite;
+use crate::packet::Packet;
+use crate::pipeline::fault::scope;
 use crate::stack::{Context, Renderer};
 
 /// Intersects a packet, splits it into runs of one material, and hands each run to that material as a sub-packet, or to
-/// the background. Materials call back for secondary rays.
+/// the background. Materials call back for secondary rays. At last the medium is put before it all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Raytracer {
     /// Rays with more reflections and refractions than this behind them see the background only.
@@ -19,18 +19,13 @@ impl Default for Raytracer {
     }
 }
 
-impl<const N: usize> Renderer<N> for Raytracer {
-    fn trace(&self, context: &Context<'_, N>, packet: &mut RayPacket<N>) {
-        let scene = context.scene;
-        packet.reset_hits();
+impl Renderer for Raytracer {
+    fn trace(&self, context: &Context<'_>, packet: &mut Packet) {
         if packet.depth <= self.max_depth {
             context.statistics.count_rays(packet);
-            scene.intersect(context, packet);
+            context.scene.intersect(context, packet);
         }
-        let mut at = packet.range().start;
-        while let Some((material, range)) = next_run(packet, at) {
-            at = range.end;
-            scene.shade(context, material, &mut packet.sub_packet(range));
-        }
+        context.scene.shade(context, packet);
+        scope("medium", || composite(context, packet));
     }
 }

@@ -1,13 +1,13 @@
 //! Several samples a pixel, one in each cell of a grid.
 
 use glam::Vec3;
-use mobula_core::rays::vec3;
-use mobula_core::{Properties, RayPacket};
 
-use super::{fill, morton::for_each_piece};
+use super::fill::fill;
+use super::morton::for_each_piece;
 use crate::color::to_pixel;
 use crate::image::FrameBuffer;
 use crate::math::{hash, unit};
+use crate::packet::{Packet, vec3};
 use crate::scratch::lend;
 use crate::stack::{Camera, Context, Fragment, PixelSampler};
 
@@ -39,17 +39,18 @@ impl Jittered {
     }
 }
 
-impl<const N: usize> PixelSampler<N> for Jittered {
-    fn render_fragment(&self, context: &Context<'_, N>, camera: &dyn Camera<N>, fragment: Fragment, out: &FrameBuffer) {
+impl PixelSampler for Jittered {
+    fn render_fragment(&self, context: &Context<'_>, camera: &dyn Camera, fragment: Fragment, out: &FrameBuffer) {
         let size = [out.width() as u32, out.height() as u32];
         let samples = (self.side * self.side) as usize;
-        let packet: &mut RayPacket<N> = &mut lend();
+        let width = context.width;
+        let packet: &mut Packet = &mut lend(width);
         // As many whole pixels as fit into a packet; where not even one does, one pixel in several packets.
-        for_each_piece::<N>(fragment, N / samples, |pixels| {
+        for_each_piece(fragment, width / samples, |pixels| {
             let mut sum = Vec3::ZERO;
-            for first in (0..pixels.len() * samples).step_by(N) {
-                let count = N.min(pixels.len() * samples - first);
-                packet.reset(0..count);
+            for first in (0..pixels.len() * samples).step_by(width) {
+                let count = width.min(pixels.len() * samples - first);
+                packet.reset(count);
                 packet.channel = fragment.channel as u32;
                 for i in 0..count {
                     let (pixel, sample) = ((first + i) / samples, (first + i) % samples);
@@ -57,8 +58,6 @@ impl<const N: usize> PixelSampler<N> for Jittered {
                     packet.image[0][i] = x;
                     packet.image[1][i] = y;
                 }
-                let one = if pixels.len() == 1 { Properties::CONSTANT_PIXEL } else { Properties::empty() };
-                packet.promise(Properties::HAVE_IMAGE_COORDINATES | one);
                 camera.make_rays(context, size, packet);
                 context.renderer.trace(context, packet);
                 for i in 0..count {

@@ -1,100 +1,13 @@
 //! Pixel samplers: which rays a pixel gets, and in which packets (paper 5.4).
 
+mod fill;
 mod jittered;
+mod kind;
 pub mod morton;
 mod single;
 
-use std::fmt;
-use std::str::FromStr;
-use std::sync::Arc;
-
 pub use jittered::Jittered;
+pub use kind::SamplerKind;
 pub use single::SingleSample;
 
-use crate::choice::UnknownName;
-use crate::image::FrameBuffer;
-use crate::stack::{Fragment, PixelSampler};
-
-/// A pixel sampler: `single`, or `jittered:K` with K x K samples a pixel (`jittered` alone: 3 x 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SamplerKind {
-    /// One sample in the middle of each pixel.
-    #[default]
-    Single,
-    /// A grid of samples in each pixel, each jittered in its cell.
-    Jittered {
-        /// Samples along a pixel's side, 1 to 32.
-        side: u32,
-    },
-}
-
-impl SamplerKind {
-    /// Makes it.
-    pub fn build<const N: usize>(self) -> Arc<dyn PixelSampler<N>> {
-        match self {
-            Self::Single => Arc::new(SingleSample),
-            Self::Jittered { side } => Arc::new(Jittered::new(side)),
-        }
-    }
-}
-
-impl FromStr for SamplerKind {
-    type Err = UnknownName;
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let side = |k: &str| k.parse().ok().filter(|k| (1..=Jittered::MOST).contains(k));
-        let jittered = |k: &str| side(k).map(|side| Self::Jittered { side });
-        let found = match name {
-            "single" => Some(Self::Single),
-            "jittered" => Some(Self::Jittered { side: 3 }),
-            _ => name.strip_prefix("jittered:").and_then(jittered),
-        };
-        found.ok_or_else(|| UnknownName {
-            kind: "pixel sampler",
-            name: name.to_owned(),
-            known: format!("single, jittered, jittered:K (K x K samples, K from 1 to {})", Jittered::MOST),
-        })
-    }
-}
-
-impl fmt::Display for SamplerKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Single => f.write_str("single"),
-            Self::Jittered { side } => write!(f, "jittered:{side}"),
-        }
-    }
-}
-
-/// Gives a sampled pixel its colour, and with it the square that it stands for (see [`Fragment::step`]).
-#[inline(always)]
-fn fill(out: &FrameBuffer, fragment: &Fragment, [x, y]: [u32; 2], color: u32) {
-    if fragment.step == 1 {
-        out.set(x as usize, y as usize, color);
-    } else {
-        fill_square(out, fragment, [x as usize, y as usize], color);
-    }
-}
-
-#[inline(never)]
-fn fill_square(out: &FrameBuffer, fragment: &Fragment, [x, y]: [usize; 2], color: u32) {
-    for y in y..(y + fragment.step).min(fragment.y1) {
-        for x in x..(x + fragment.step).min(fragment.x1) {
-            out.set(x, y, color);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_lead_to_samplers_and_back() {
-        for name in ["single", "jittered:1", "jittered:32"] {
-            assert_eq!(name.parse::<SamplerKind>().unwrap().to_string(), name);
-        }
-        for name in ["", "jittered:0", "jittered:33", "jittered:x", "adaptive"] {
-            assert!(name.parse::<SamplerKind>().unwrap_err().to_string().contains("jittered:K"));
-        }
-    }
-}
+pub use crate::stack::PixelSampler;

@@ -33,22 +33,21 @@ static CURVE: [[u32; 2]; (LARGEST * LARGEST) as usize] = {
     places
 };
 
-/// Calls `f` with the pixels of `fragment` that have to be sampled, in pieces of up to `piece` (1 to `N`), each once.
+/// Calls `f` with the pixels of `fragment` that have to be sampled, in pieces of up to `piece` (1 to 1024), each once.
 ///
 /// The fragment is cut into square blocks, and the Morton curve of each block into pieces of `piece` places; what falls
 /// outside the fragment is left out. So a piece of 4, 16, 64, 256 pixels is a square, one of 2, 8, 32, 128 a rectangle
 /// twice as wide as high, both clipped at the border: still a rectangle. Any other number gives consecutive pixels of the
 /// curve, which is compact, but not a rectangle.
-pub fn for_each_piece<const N: usize>(fragment: Fragment, piece: usize, mut f: impl FnMut(&[[u32; 2]])) {
-    const { assert!(N >= 1 && N <= CURVE.len(), "pieces hold 1 to 1024 pixels") };
+pub fn for_each_piece(fragment: Fragment, piece: usize, mut f: impl FnMut(&[[u32; 2]])) {
     let step = fragment.step.max(1);
     let width = fragment.x1.saturating_sub(fragment.x0).div_ceil(step) as u32;
     let height = fragment.y1.saturating_sub(fragment.y0).div_ceil(step) as u32;
     let (x0, y0, step) = (fragment.x0 as u32, fragment.y0 as u32, step as u32);
-    let piece = piece.clamp(1, N) as u32;
+    let piece = piece.clamp(1, CURVE.len()) as u32;
     let bits = piece.next_power_of_two().trailing_zeros();
     let side = width.min(height).clamp(1, LARGEST).next_power_of_two().max(1 << bits.div_ceil(2));
-    let mut pixels = [[0; 2]; N];
+    let mut pixels = [[0; 2]; CURVE.len()];
     for y in (0..height).step_by(side as usize) {
         for x in (0..width).step_by(side as usize) {
             let inside = x + side <= width && y + side <= height;
@@ -97,7 +96,7 @@ mod tests {
         ) {
             let fragment = Fragment { channel: 0, x0, y0, x1: x0 + w, y1: y0 + h, step };
             let mut seen = HashSet::new();
-            for_each_piece::<1024>(fragment, piece, |pixels| {
+            for_each_piece(fragment, piece, |pixels| {
                 assert!(!pixels.is_empty() && pixels.len() <= piece);
                 assert!(pixels.iter().all(|&p| seen.insert(p)), "a pixel comes twice");
             });
@@ -112,7 +111,7 @@ mod tests {
         #[test]
         fn powers_of_two_are_rectangles(w in 1..70_usize, h in 1..70_usize, bits in 0..=10_u32) {
             let fragment = Fragment { channel: 0, x0: 3, y0: 5, x1: 3 + w, y1: 5 + h, step: 1 };
-            for_each_piece::<1024>(fragment, 1 << bits, |pixels| {
+            for_each_piece(fragment, 1 << bits, |pixels| {
                 let range = |axis: usize| {
                     let values = pixels.iter().map(|p| p[axis]);
                     values.clone().max().unwrap() - values.min().unwrap() + 1

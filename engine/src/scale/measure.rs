@@ -16,7 +16,7 @@ use crossbeam_utils::CachePadded;
 
 use super::median;
 use super::simulate::{Costs, FrameCosts};
-use crate::app::{Chosen, Stack, State};
+use crate::app::{Chosen, Components, State};
 use crate::balance::BalancerKind;
 use crate::image::{FrameBuffer, Size};
 use crate::pipeline::barrier::Barrier;
@@ -96,7 +96,7 @@ pub fn measure(
         progress(round);
         for (place, &threads) in counts.iter().enumerate() {
             loops[place].push(arithmetic(threads));
-            alone[place].push(each_for_itself(&*pipeline.state().stack, plan, threads));
+            alone[place].push(each_for_itself(&pipeline.state().stack, plan, threads));
             pipeline.state().traverser = traverser();
             turn(pipeline, threads, 2)?; // what a balancer wants to know
             let report = turn(pipeline, threads, plan.frames)?;
@@ -158,7 +158,7 @@ fn frame_costs(
 
 /// Seconds in which each of so many threads renders a frame for itself, all at once. Each begins with another tile, so that
 /// no two render the same at the same time.
-fn each_for_itself(stack: &dyn Stack, plan: &Plan, threads: usize) -> f64 {
+fn each_for_itself(stack: &Components, plan: &Plan, threads: usize) -> f64 {
     let mut deal = Deal::new(plan.tile, BalancerKind::default().build());
     deal.begin(&[plan.size], 1);
     let tiles: Vec<Fragment> = deal.whole_tiles().collect();

@@ -2,9 +2,10 @@
 //!
 //! Source: Bigler, Stephens and Parker 2006, section 6.1 and Figure 8. [`measure()`] times frames on the threads that
 //! there are and takes the costs of a frame apart; [`project`] plays frames on the processors that there are not, with
-//! the real load balancer and these costs; [`plot::svg`] draws both beside the paper's figures.
+//! the real load balancer and these costs; with the command, `plot::svg` draws both beside the paper's figures.
 
 pub mod measure;
+#[cfg(feature = "cli")]
 pub mod plot;
 pub mod simulate;
 

@@ -1,20 +1,12 @@
-//! The scene: as plain data, and compiled for one packet width.
+//! The scene: as loaders make it, and ready to be rendered.
 //!
-//! [`SceneDescription`] is what loaders make; [`Geometry`] gives its primitives ids and knows their surfaces;
-//! [`Scene`] joins that with an acceleration structure, materials, lights and a background.
+//! [`SceneDescription`] is what loaders and generators make; [`build`] makes a [`Scene`] of it, with structures that find hits.
 
-mod compiled;
+mod build;
 mod description;
-mod geometry;
-mod mesh;
-mod spheres;
-mod surface;
 
-pub use compiled::Scene;
-pub use description::{
-    AmbientDescription, BackgroundDescription, DEFAULT_MATERIAL, LightDescription, MaterialDescription, NamedMaterial,
-    Object, PhongDescription, SceneDescription,
-};
-pub use geometry::{Geometry, GeometryReport, Part, SceneError, Shape};
-pub use mesh::{Mesh, MeshGroup, NO_INDEX};
-pub use spheres::Spheres;
+pub use build::{build, with_geometry};
+pub use description::SceneDescription;
+
+pub use crate::geometry::{Geometries, Geometry, Mesh, MeshGroup, NeedsRebuild, SceneError, Spheres};
+pub use crate::stack::Scene;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use mobula::load::{self, LoadError, Loaded};
-use mobula::scene::{DEFAULT_MATERIAL, Mesh, NO_INDEX, Object};
+use mobula::geometry::{DEFAULT_MATERIAL, Mesh, NO_INDEX};
 
 /// A folder of this process, in memory where there is such a file system.
 pub fn folder() -> &'static Path {
@@ -31,10 +31,11 @@ pub fn load(file: &Path) -> Result<Loaded, LoadError> {
     match &loaded {
         Ok(Loaded { scene, report }) => {
             let materials = scene.materials.len();
-            let triangles: usize = scene.objects.iter().map(|object| check(object, materials)).sum();
-            assert_eq!(triangles as u64, report.triangles);
-            assert!(report.degenerate_triangles + report.non_finite_triangles <= report.triangles);
-            if let Some([low, high]) = report.bounds {
+            let meshes = scene.geometry.iter().filter_map(|geometry| geometry.downcast_ref::<Mesh>());
+            let triangles: usize = meshes.map(|mesh| check_mesh(mesh, materials)).sum();
+            assert_eq!(triangles as u64, report.census.count("triangles"));
+            assert!(report.census.left_out() <= triangles as u64);
+            if let Some([low, high]) = report.bounds() {
                 assert!((0..3).all(|k| low[k].is_finite() && high[k].is_finite() && low[k] <= high[k]));
             }
         }
@@ -48,14 +49,6 @@ pub fn load(file: &Path) -> Result<Loaded, LoadError> {
 }
 
 /// Every index is of something; returns the number of triangles.
-fn check(object: &Object, materials: usize) -> usize {
-    match object {
-        Object::Mesh(mesh) => check_mesh(mesh, materials),
-        Object::Spheres(_) => 0,
-        Object::Group(objects) => objects.iter().map(|object| check(object, materials)).sum(),
-    }
-}
-
 fn check_mesh(mesh: &Mesh, materials: usize) -> usize {
     let count = mesh.triangles.len();
     for i in 0..count {

@@ -9,103 +9,16 @@
 //! | `navigation` | mouse movements as movements of the view |
 //! | `keys` | what each key does |
 //! | `viewer` | the event loop's handler |
+//! | `connection` | the window itself, from its opening to its end |
+//! | `news` | what the window is told by others |
 
+mod connection;
 mod keys;
 mod navigation;
+mod news;
 mod screen;
 mod viewer;
 
-use std::thread;
-
-use winit::event_loop::EventLoop;
-
+pub use connection::{Connection, has_display};
 pub use keys::HELP;
-
-use crate::app::{Settings, State};
-use crate::pipeline::{DisplayStage, Fault, Pipeline};
-use screen::Screen;
-use viewer::Viewer;
-
-/// What the event loop is told by other threads.
-#[derive(Debug)]
-enum News {
-    /// There is a new picture.
-    Picture,
-    /// A screenshot was written, or not.
-    Screenshot(Result<String, String>),
-    /// The pipeline's run is over.
-    Ended,
-}
-
-/// Why a window did not work.
-#[derive(Debug, thiserror::Error)]
-pub enum WindowError {
-    /// There is no display, or it refuses.
-    #[error("{0}")]
-    Open(String),
-    /// Rendering failed.
-    #[error(transparent)]
-    Fault(#[from] Fault),
-}
-
-/// A connection to the system's display, not yet a window. One process can make one.
-#[derive(Debug)]
-pub struct Connection {
-    events: EventLoop<News>,
-}
-
-/// Is there a display to open a window on? A guess from the environment.
-pub fn has_display() -> bool {
-    let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    cfg!(any(not(unix), target_vendor = "apple")) || set("DISPLAY") || set("WAYLAND_DISPLAY")
-}
-
-impl Connection {
-    /// Connects to the display. Must be called on the first thread of the process.
-    ///
-    /// # Errors
-    /// If there is none.
-    pub fn open() -> Result<Self, WindowError> {
-        let mut builder = EventLoop::with_user_event();
-        #[cfg(all(unix, not(target_vendor = "apple")))]
-        if std::env::var_os("DISPLAY").is_some_and(|value| !value.is_empty()) {
-            // Where there is both, X11 draws the title bar, in which the frame statistics are.
-            use winit::platform::x11::EventLoopBuilderExtX11;
-            builder.with_x11();
-        }
-        let events = builder.build().map_err(|error| WindowError::Open(error.to_string()))?;
-        Ok(Self { events })
-    }
-
-    /// Shows the first channel of a pipeline, made with these settings, until the window is closed or the run ends.
-    /// `name` is the scene's.
-    ///
-    /// The pipeline should render on demand. It gets a display stage and a callback.
-    ///
-    /// # Errors
-    /// If the window cannot be opened, or a component fails.
-    pub fn show(self, mut pipeline: Pipeline<State>, settings: &Settings, name: &str) -> Result<(), WindowError> {
-        let proxy = self.events.create_proxy();
-        let screen = Screen::new(proxy.clone());
-        pipeline.add_stage(DisplayStage::new().with(0, screen.display()));
-        let rays = screen.ray_counter();
-        pipeline.callbacks().serial_pre_render("window statistics", move |point| rays.note(&point.state.rays()));
-        let mut viewer = Viewer::new(name, screen, settings, &mut pipeline);
-
-        thread::scope(|scope| {
-            let handle = pipeline.handle();
-            let rendering = scope.spawn(move || {
-                let result = pipeline.run_until_stopped();
-                // Nobody listens when the window was closed first.
-                let _ = proxy.send_event(News::Ended);
-                result
-            });
-            let shown = self.events.run_app(&mut viewer).map_err(|error| WindowError::Open(error.to_string()));
-            let opened = viewer.finish();
-            handle.stop();
-            let rendered = rendering.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            rendered?;
-            shown.and(opened)
-        })
-    }
-}
+pub use news::WindowError;

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use winit::event_loop::EventLoopProxy;
 
-use super::News;
+use super::news::News;
 use crate::app::RayCounts;
 use crate::display::png::write_png;
 use crate::pipeline::{Display, Picture, Shown};

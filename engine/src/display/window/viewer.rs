@@ -15,8 +15,8 @@ use winit::window::{Window, WindowId};
 
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
+use super::news::{News, WindowError};
 use super::screen::{Screen, Screenshot};
-use super::{News, WindowError};
 use crate::app::{Chosen, Settings, State};
 use crate::camera::View;
 use crate::image::Size;
@@ -61,7 +61,7 @@ impl Viewer {
         let (size, threads) = (settings.size, settings.threads);
         let state = pipeline.state();
         let chosen = *state.chosen();
-        let engine = format!("{} x {}", state.stack.token().level(), state.stack.packet_width());
+        let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
             SamplerKind::Single => SamplerKind::Jittered { side: 3 },
             several => several,
@@ -180,10 +180,10 @@ impl Viewer {
 
     /// The options with which `mobula render` makes the picture that was asked for last.
     fn options(&self) -> String {
-        let Chosen { view: View { eye, at, fov, .. }, renderer, sampler, shadows } = self.chosen;
+        let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows } = self.chosen;
         let shadows = if shadows { "" } else { " --no-shadows" };
         format!(
-            "--size {} --eye {},{},{} --at {},{},{} --fov {fov} --renderer {renderer} --sampler {sampler}{shadows}",
+            "--size {} --eye {},{},{} --at {},{},{} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}",
             self.size, eye.x, eye.y, eye.z, at.x, at.y, at.z
         )
     }

@@ -5,11 +5,11 @@ use mobula_core::bvh::Join;
 /// Does two things at once on the threads of the process's pool, which sleep while nothing is built. The first build starts
 /// them; before any thread is bound to a core, or they would be too.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pool;
+pub(crate) struct Pool;
 
 impl Pool {
     /// Does on one of its threads what joins often: to join from outside wakes one each time.
-    pub(super) fn enter<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    pub(crate) fn enter<R: Send>(work: impl FnOnce() -> R + Send) -> R {
         rayon_core::scope(|_| work())
     }
 }

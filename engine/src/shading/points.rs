@@ -1,55 +1,78 @@
 //! Points to shade: position and normals of a sub-packet's hits, and where rays that leave them start.
 
-use std::ops::Range;
-
 use glam::Vec3;
-use mobula_core::rays::vec3;
-use mobula_core::{Column, Columns3, SubPacket};
 
-use crate::stack::Context;
+use crate::packet::{Column, Columns3, SubPacket, columns3, part, vec3};
+use crate::scratch::ForWidth;
 
-/// What materials and lights need of the hits of a sub-packet, in the rows of its range.
-#[derive(Clone, Debug, Default)]
-pub struct Points<const N: usize> {
-    /// Where the rays hit.
-    pub position: Columns3<N>,
-    normal: Columns3<N>,
-    geometric_normal: Columns3<N>,
+/// What materials and lights need of the hits of a sub-packet: one row a hit.
+#[derive(Clone, Debug)]
+pub struct Points {
+    position: Columns3,
+    normal: Columns3,
+    geometric_normal: Columns3,
     /// Size of the numbers that the hit was computed from.
-    magnitude: Column<f32, N>,
-    range: Range<usize>,
+    magnitude: Column<f32>,
+    count: usize,
 }
 
 /// The unit of [`Points::offset`]: 2^-18, or 64 times the rounding error of one f32 operation.
 const OFFSET: f32 = 1.0 / 262_144.0;
 
-impl<const N: usize> Points<N> {
+impl ForWidth for Points {
+    fn for_width(width: usize) -> Self {
+        Self {
+            position: columns3(width),
+            normal: columns3(width),
+            geometric_normal: columns3(width),
+            magnitude: Column::new(width),
+            count: 0,
+        }
+    }
+}
+
+fn copy(from: [&[f32]; 3], to: &mut Columns3) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to[..from.len()].copy_from_slice(from);
+    }
+}
+
+impl Points {
     /// Becomes the points of `hits`; all derived values stay in the packet for who else wants them.
-    pub fn fill(&mut self, context: &Context<'_, N>, hits: &mut SubPacket<'_, N>) {
-        self.range = hits.range();
-        let scene = context.scene;
-        let range = hits.range();
-        let copy = |from: &Columns3<N>, to: &mut Columns3<N>| {
-            for (to, from) in to.iter_mut().zip(from) {
-                to[range.clone()].copy_from_slice(&from[range.clone()]);
-            }
-        };
+    pub fn fill(&mut self, hits: &mut SubPacket<'_>) {
+        self.count = hits.len();
         copy(hits.positions(), &mut self.position);
-        copy(hits.forward_normals(scene.surface()), &mut self.normal);
-        copy(hits.geometric_normals(scene.surface()), &mut self.geometric_normal);
-        let mut near = 0;
-        for i in range {
-            let (_, direction) = hits.ray(i);
-            let travelled = direction.abs().max_element() * hits.t_max[i];
-            let extent = scene.geometry().extent(hits.hits.primitive[i], &mut near) * 0.125;
-            let magnitude = vec3(&self.position, i).abs().max_element().max(travelled).max(extent);
-            self.magnitude[i] = magnitude;
+        copy(hits.forward_normals(), &mut self.normal);
+        copy(hits.geometric_normals(), &mut self.geometric_normal);
+        let magnitude = &mut self.magnitude[..hits.len()];
+        hits.error_scales(magnitude);
+        let (position, directions, distances) = (&self.position, &hits.directions(), hits.distances());
+        for (i, magnitude) in magnitude.iter_mut().enumerate() {
+            let travelled = vec3(directions, i).abs().max_element() * distances[i];
+            let extent = *magnitude * 0.125;
+            *magnitude = vec3(position, i).abs().max_element().max(travelled).max(extent);
         }
     }
 
-    /// The rows that are filled.
-    pub fn range(&self) -> Range<usize> {
-        self.range.clone()
+    /// Number of points.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Where the rays hit.
+    pub fn positions(&self) -> [&[f32]; 3] {
+        part(&self.position, 0..self.count)
+    }
+
+    /// Unit shading normals, on the side that the rays came from.
+    pub fn normals(&self) -> [&[f32]; 3] {
+        part(&self.normal, 0..self.count)
     }
 
     /// Unit shading normal, on the side that the ray came from.

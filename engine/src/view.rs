@@ -83,12 +83,17 @@ impl View {
             let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
             Vec3::new(pick(0), pick(1), pick(2))
         };
-        Self::frame_points((0..8).map(corner), bounds, up, aspect)
+        Self::frame_points(|visit| (0..8).map(corner).for_each(visit), bounds, up, aspect)
     }
 
-    /// As [`frame`](Self::frame), but fits the `points`, which should all be within `bounds`: tighter where a model
-    /// leaves its bounds' corners empty.
-    pub fn frame_points(points: impl Iterator<Item = Vec3>, bounds: (Vec3, Vec3), up: Up, aspect: f32) -> Self {
+    /// As [`frame`](Self::frame), but fits the points that `visit_all` calls its argument with, which should all be within
+    /// `bounds`: tighter where a model leaves its bounds' corners empty.
+    pub fn frame_points(
+        visit_all: impl FnOnce(&mut dyn FnMut(Vec3)),
+        bounds: (Vec3, Vec3),
+        up: Up,
+        aspect: f32,
+    ) -> Self {
         let (low, high) = bounds;
         let radius = 0.5 * (high * 0.5 - low * 0.5).length() * 2.0;
         if !(low.cmple(high).all() && low.is_finite() && high.is_finite() && radius.is_finite()) {
@@ -110,13 +115,13 @@ impl View {
         // the eye goes half way between them.
         let mut limits = [Vec2::splat(f32::NEG_INFINITY); 2];
         let mut nearest = f32::NEG_INFINITY;
-        for point in points {
+        visit_all(&mut |point| {
             let p = (point - middle) / scale;
             let (flat, depth) = (Vec2::new(p.dot(right), p.dot(upward)), p.dot(backward));
             limits[0] = limits[0].max(flat + slopes * depth);
             limits[1] = limits[1].max(slopes * depth - flat);
             nearest = nearest.max(depth);
-        }
+        });
         let offset = (limits[0] - limits[1]) * 0.5;
         let depths = (limits[0] + limits[1]) / (slopes * 2.0);
         // A tenth of the size is kept free before the eye: a model that is seen end on may need no distance at all.

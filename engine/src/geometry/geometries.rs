@@ -1,0 +1,417 @@
+//! All geometry of a scene: which structures find the hits, and what the ids that they find stand for.
+//!
+//! Geometries of one kind share a structure where they may. A hit is a pair, (geometry, primitive); of hits at equal distance the lower
+//! pair counts, whatever structures they are in. In a structure ids are ordered as the pairs that they stand for, so that the
+//! structure's own rule, the lower id, is that rule. Before a further structure is walked, the id of each ray that has a hit is set to
+//! the number of ids of that structure whose pairs are lower than the pair of the hit: again the lower id is the lower pair.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use glam::Vec3;
+use mobula_core::NO_HIT;
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::Opacity;
+use mobula_core::traverse::Paths;
+
+use super::{Census, Geometry, Structure};
+use crate::accel::AccelerationKind;
+use crate::packet::{AnyHitPacket, Column, Found, Packet, Run};
+use crate::scratch::lend;
+
+/// A scene cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SceneError {
+    /// More primitives in a geometry than there are numbers.
+    #[error("a geometry of the scene has 2^32 - 1 primitives or more: more than there are numbers")]
+    TooManyPrimitives,
+}
+
+/// An acceleration structure cannot follow: primitives have come or gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the scene has other primitives than its acceleration structure was built over: build it anew")]
+pub struct NeedsRebuild;
+
+/// All geometry of a scene.
+#[derive(Debug)]
+pub struct Geometries {
+    list: Vec<Arc<dyn Geometry>>,
+    groups: Vec<Group>,
+    census: Census,
+    /// The place of each geometry's first primitive among all, in the order of the structures.
+    places: Vec<u64>,
+}
+
+/// A structure and the geometries in it.
+#[derive(Debug)]
+struct Group {
+    structure: Box<dyn Structure>,
+    /// By rising number, which is by rising id.
+    members: Vec<Member>,
+    /// For each geometry of the scene: how many ids stand for lower pairs than any hit of it that is in another structure.
+    below: Vec<u32>,
+}
+
+/// A geometry in a structure: the ids `first..first + count`.
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    geometry: u32,
+    first: u32,
+    count: u32,
+}
+
+/// The most ids in a structure: the last number is "no hit".
+const MOST_IDS: usize = u32::MAX as usize;
+
+impl Geometries {
+    /// Looks at all primitives, and builds structures over those that are not left out.
+    ///
+    /// # Errors
+    /// If a geometry has more primitives than there are numbers.
+    pub fn build(list: Vec<Arc<dyn Geometry>>, kind: AccelerationKind) -> Result<Self, SceneError> {
+        let mut census = Census::default();
+        list.iter().for_each(|geometry| census.merge(&geometry.census()));
+        let mut groups = Vec::new();
+        let mut places = vec![0; list.len()];
+        let mut place = 0;
+        for numbers in share(&list)? {
+            let members: Vec<_> = numbers.iter().map(|&number| list[number].clone()).collect();
+            let structure = members[0].structure(&members, kind);
+            let mut first = 0;
+            let member = |&number: &usize| {
+                let count = list[number].primitives() as u32;
+                let member = Member { geometry: number as u32, first, count };
+                places[number] = place;
+                first += count;
+                place += u64::from(count);
+                member
+            };
+            let members: Vec<Member> = numbers.iter().map(member).collect();
+            let below = |number: u32| members.iter().filter(|m| m.geometry < number).map(|m| m.count).sum();
+            let below = (0..list.len() as u32).map(below).collect();
+            groups.push(Group { structure, members, below });
+        }
+        Ok(Self { list, groups, census, places })
+    }
+
+    /// The geometries, by number.
+    pub fn list(&self) -> &[Arc<dyn Geometry>] {
+        &self.list
+    }
+
+    /// The geometry that a ray hit.
+    pub fn get(&self, number: u32) -> &dyn Geometry {
+        &*self.list[number as usize]
+    }
+
+    /// Least and greatest corner of all primitives that were not left out; `(inf, -inf)` if there are none.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.census.bounds
+    }
+
+    /// What was counted and left out.
+    pub fn census(&self) -> &Census {
+        &self.census
+    }
+
+    /// Bytes that the structures occupy.
+    pub fn bytes(&self) -> usize {
+        self.groups.iter().map(|group| group.structure.bytes()).sum()
+    }
+
+    /// The place of a primitive among all primitives of the scene, geometries of one structure together.
+    pub fn place(&self, geometry: u32, primitive: u32) -> u64 {
+        self.places[geometry as usize] + u64::from(primitive)
+    }
+
+    /// Calls `visit` with points that show how far the geometry reaches.
+    pub fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
+        self.list.iter().for_each(|geometry| geometry.extremes(visit));
+    }
+
+    /// Replaces the geometries by others whose primitives are the same, at other places, and
+    /// [refits](Structure::refit) the structures: what animation calls before a frame.
+    ///
+    /// # Errors
+    /// [`NeedsRebuild`] if the primitives are not the same; then nothing has changed.
+    pub fn refit(&mut self, list: Vec<Arc<dyn Geometry>>) -> Result<(), NeedsRebuild> {
+        if list.len() != self.list.len() {
+            return Err(NeedsRebuild);
+        }
+        let members = |group: &Group| -> Vec<Arc<dyn Geometry>> {
+            group.members.iter().map(|member| list[member.geometry as usize].clone()).collect()
+        };
+        let fits = self.groups.iter().all(|group| group.structure.can_refit(&members(group)));
+        // What is in no structure has no primitives, and must not get any.
+        let placed = |number: usize| {
+            self.groups.iter().any(|group| group.members.iter().any(|member| member.geometry as usize == number))
+        };
+        if !fits || (0..list.len()).any(|number| !placed(number) && list[number].primitives() > 0) {
+            return Err(NeedsRebuild);
+        }
+        for group in &mut self.groups {
+            let members = members(group);
+            group.structure.refit(&members);
+        }
+        self.census = Census::default();
+        list.iter().for_each(|geometry| self.census.merge(&geometry.census()));
+        self.list = list;
+        Ok(())
+    }
+
+    /// Finds the nearest hit of each ray, and what the hits stand for. Indices of materials above `last` count as that.
+    pub fn intersect(&self, token: AnyToken, packet: &mut Packet, last: u32) -> Paths {
+        let mut paths = Paths::default();
+        let mut groups = self.groups.iter().filter(|group| group.structure.primitives() > 0);
+        let Some(first) = groups.next() else { return paths };
+        paths += packet.intersect(token, &*first.structure);
+        first.resolve(&mut packet.found());
+        for group in groups {
+            paths += group.intersect_further(token, packet);
+        }
+        self.split(&mut packet.found(), last);
+        paths
+    }
+
+    /// Finds which rays hit anything. With `depths`, primitives may let light through: it says how
+    /// [deep](crate::packet::optical_depth) each is, by geometry and primitive.
+    pub fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket, depths: Option<&Depths<'_>>) -> Paths {
+        let mut paths = Paths::default();
+        for group in self.groups.iter().filter(|group| group.structure.primitives() > 0) {
+            let through = depths.map(|depths| Through { group, depths });
+            let opacity = through.as_ref().map(|through| through as &dyn Opacity);
+            paths += packet.occlude(token, &*group.structure, opacity);
+        }
+        paths
+    }
+
+    /// Splits the rays into runs of one geometry and material.
+    fn split(&self, found: &mut Found<'_>, last: u32) {
+        let Found { geometries, primitives, materials, runs, .. } = found;
+        runs.clear();
+        let mut start = 0;
+        while let Some(&geometry) = geometries.get(start) {
+            let end = start + leading(&geometries[start..], |other| other == geometry);
+            if geometry == NO_HIT {
+                runs.push(Run { rays: start..end, hit: None });
+                start = end;
+                continue;
+            }
+            let materials = &mut materials[start..end];
+            if let Some(all) = self.list[geometry as usize].materials(&primitives[start..end], materials) {
+                runs.push(Run { rays: start..end, hit: Some((geometry, all.min(last))) });
+                start = end;
+                continue;
+            }
+            let mut left = &*materials;
+            while let Some(&material) = left.first() {
+                let material = material.min(last);
+                let count = leading(left, |other| other.min(last) == material);
+                runs.push(Run { rays: start..start + count, hit: Some((geometry, material)) });
+                start += count;
+                left = &left[count..];
+            }
+        }
+    }
+}
+
+impl Group {
+    /// The geometry and the primitive of an id. `near` is where to look first: the place of the last one.
+    #[inline(always)]
+    fn pair(&self, id: u32, near: &mut usize) -> (u32, u32) {
+        let holds = |member: &Member| id.wrapping_sub(member.first) < member.count;
+        if !self.members.get(*near).is_some_and(holds) {
+            *near = self.members.partition_point(|member| member.first <= id) - 1;
+        }
+        let member = self.members[*near];
+        (member.geometry, id - member.first)
+    }
+
+    /// Notes what the ids that this structure found stand for.
+    fn resolve(&self, found: &mut Found<'_>) {
+        if let [only] = self.members[..] {
+            found.primitives.copy_from_slice(found.ids);
+            for (geometry, &id) in found.geometries.iter_mut().zip(found.ids) {
+                *geometry = if id == NO_HIT { NO_HIT } else { only.geometry };
+            }
+            return;
+        }
+        let mut near = 0;
+        let rows = found.geometries.iter_mut().zip(found.primitives.iter_mut()).zip(found.ids);
+        for ((geometry, primitive), &id) in rows {
+            *geometry = NO_HIT;
+            if id != NO_HIT {
+                (*geometry, *primitive) = self.pair(id, &mut near);
+            }
+        }
+    }
+
+    /// Lets rays that may have hits in other structures meet this one.
+    fn intersect_further(&self, token: AnyToken, packet: &mut Packet) -> Paths {
+        let mut ids = lend::<Column<u32>>(packet.width());
+        let mut distances = lend::<Column<f32>>(packet.width());
+        let found = packet.found();
+        let count = found.t.len();
+        distances[..count].copy_from_slice(found.t);
+        for (id, &geometry) in ids.iter_mut().zip(found.geometries.iter()) {
+            *id = self.below.get(geometry as usize).copied().unwrap_or(NO_HIT);
+        }
+        let paths = packet.intersect_further(token, &*self.structure, &ids);
+        let found = packet.found();
+        let mut near = 0;
+        for i in 0..count {
+            // A new hit is nearer, or has a lower id than was set.
+            if found.ids[i] != ids[i] || found.t[i] < distances[i] {
+                (found.geometries[i], found.primitives[i]) = self.pair(found.ids[i], &mut near);
+            }
+        }
+        paths
+    }
+}
+
+/// Which geometries are in a structure together, by number. Those without primitives are in none.
+fn share(list: &[Arc<dyn Geometry>]) -> Result<Vec<Vec<usize>>, SceneError> {
+    let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
+    for (number, geometry) in list.iter().enumerate() {
+        let count = geometry.primitives();
+        if count >= MOST_IDS {
+            return Err(SceneError::TooManyPrimitives);
+        }
+        let kind = |number: usize| (&*list[number] as &dyn Any).type_id();
+        let open = |(ids, members): &(usize, Vec<usize>)| {
+            geometry.shares_structure()
+                && list[members[0]].shares_structure()
+                && kind(members[0]) == kind(number)
+                && ids + count < MOST_IDS
+        };
+        match groups.iter_mut().find(|group| open(group)) {
+            _ if count == 0 => {}
+            Some((ids, members)) => {
+                *ids += count;
+                members.push(number);
+            }
+            None => groups.push((count, vec![number])),
+        }
+    }
+    Ok(groups.into_iter().map(|(_, members)| members).collect())
+}
+
+/// The optical depths of primitives, by geometry and primitive.
+pub type Depths<'a> = dyn Fn(u32, u32) -> u32 + Sync + 'a;
+
+/// The optical depths of primitives, by their ids in a structure.
+struct Through<'a> {
+    group: &'a Group,
+    depths: &'a Depths<'a>,
+}
+
+impl Opacity for Through<'_> {
+    fn depth(&self, _ray: usize, primitive: u32, _t: f32) -> u32 {
+        let (geometry, primitive) = self.group.pair(primitive, &mut 0);
+        (self.depths)(geometry, primitive)
+    }
+}
+
+/// How many of the first values are alike.
+#[inline(always)]
+fn leading(values: &[u32], alike: impl Fn(u32) -> bool) -> usize {
+    /// Values that are compared at once.
+    const AT_ONCE: usize = 16;
+    let mut end = 0;
+    while values.get(end..end + AT_ONCE).is_some_and(|some| some.iter().fold(true, |all, &value| all & alike(value))) {
+        end += AT_ONCE;
+    }
+    end + values[end..].iter().take_while(|&&value| alike(value)).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Mesh, Spheres};
+    use super::*;
+    use crate::packet::set_vec3;
+    use proptest::prelude::*;
+
+    /// A square across z.
+    fn square(z: f32, materials: Vec<u32>) -> Arc<dyn Geometry> {
+        let positions = vec![[-9.0, -9.0, z], [9.0, -9.0, z], [9.0, 9.0, z], [-9.0, 9.0, z]];
+        Arc::new(Mesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], materials, material: 3, ..Mesh::default() })
+    }
+
+    /// A sphere whose nearest point is at z.
+    fn sphere(z: f32) -> Arc<dyn Geometry> {
+        Arc::new(Spheres { centers: vec![[0.5, 0.25, z - 0.5]], radii: vec![0.5], material: 7, ..Spheres::default() })
+    }
+
+    fn build(list: Vec<Arc<dyn Geometry>>) -> Geometries {
+        Geometries::build(list, AccelerationKind::Bvh).unwrap()
+    }
+
+    /// What 20 rays down the z axis from z = 4 hit: all the same place.
+    fn hit(geometries: &Geometries) -> (Vec<Run>, u32, f32) {
+        let mut packet = Packet::new(64);
+        packet.reset(20);
+        for i in 0..20 {
+            set_vec3(&mut packet.rays_mut().origins_mut(), i, Vec3::new(0.5, 0.25, 4.0));
+            set_vec3(&mut packet.rays_mut().directions_mut(), i, Vec3::NEG_Z);
+        }
+        geometries.intersect(AnyToken::detect(), &mut packet, 5);
+        (packet.runs().to_vec(), packet.primitives()[0], packet.rays().t_max()[0])
+    }
+
+    #[test]
+    fn of_hits_at_one_distance_the_lower_pair_counts_across_structures() {
+        let run = |geometry, material| vec![Run { rays: 0..20, hit: Some((geometry, material)) }];
+        // In all orders of two kinds of structures; 7 is above the last material, 5.
+        assert_eq!(hit(&build(vec![square(0.0, vec![]), sphere(0.0)])), (run(0, 3), 0, 4.0));
+        assert_eq!(hit(&build(vec![sphere(0.0), square(0.0, vec![])])), (run(0, 5), 0, 4.0));
+        assert_eq!(hit(&build(vec![square(-1.0, vec![]), sphere(0.0), square(0.0, vec![])])), (run(1, 5), 0, 4.0));
+        assert_eq!(hit(&build(vec![sphere(-1.0), square(0.0, vec![]), sphere(0.0)])), (run(1, 3), 0, 4.0));
+        // The nearer one in any case.
+        assert_eq!(hit(&build(vec![square(0.0, vec![]), sphere(0.5)])), (run(1, 5), 0, 3.5));
+        assert_eq!(hit(&build(vec![sphere(0.5), square(1.0, vec![])])), (run(1, 3), 0, 3.0));
+        assert_eq!(hit(&build(vec![square(0.0, vec![]), square(0.0, vec![1; 2]), sphere(-0.5)])), (run(0, 3), 0, 4.0));
+    }
+
+    #[test]
+    fn runs_have_one_geometry_and_material() {
+        let list = vec![square(0.0, vec![2, 9]), sphere(1.0)];
+        let geometries = build(list);
+        let mut packet = Packet::new(64);
+        packet.reset(64);
+        let from = |i: usize| match i {
+            0..10 => Vec3::new(20.0, 0.0, 4.0),
+            10..30 => Vec3::new(3.0, -3.0, 4.0),
+            30..40 => Vec3::new(-3.0, 3.0, 4.0),
+            _ => Vec3::new(0.5, 0.25, 4.0),
+        };
+        for i in 0..64 {
+            set_vec3(&mut packet.rays_mut().origins_mut(), i, from(i));
+            set_vec3(&mut packet.rays_mut().directions_mut(), i, Vec3::NEG_Z);
+        }
+        geometries.intersect(AnyToken::detect(), &mut packet, 5);
+        let expected = [(0..10, None), (10..30, Some((0, 2))), (30..40, Some((0, 5))), (40..64, Some((1, 5)))];
+        assert_eq!(packet.runs(), expected.map(|(rays, hit)| Run { rays, hit }));
+        assert_eq!(packet.primitives()[10..40], [[0; 20].as_slice(), &[1; 10]].concat());
+        assert_eq!([geometries.place(0, 1), geometries.place(1, 0)], [1, 2]);
+    }
+
+    #[test]
+    fn geometry_without_primitives_is_in_no_structure() {
+        let empty: Arc<dyn Geometry> = Arc::new(Mesh::default());
+        let mut geometries = build(vec![empty.clone(), sphere(0.0), empty.clone()]);
+        assert_eq!(hit(&geometries).2, 4.0);
+        assert_eq!(geometries.refit(vec![empty.clone(), sphere(1.0), empty.clone()]), Ok(()));
+        assert_eq!(hit(&geometries).2, 3.0);
+        assert_eq!(geometries.refit(vec![square(0.0, vec![]), sphere(1.0), empty]), Err(NeedsRebuild));
+        assert_eq!(hit(&build(vec![])), (vec![Run { rays: 0..20, hit: None }], 0, f32::INFINITY));
+    }
+
+    proptest! {
+        #[test]
+        fn equal_values_are_counted(values in prop::collection::vec(0..2_u32, 0..80)) {
+            let first = values.first().copied().unwrap_or(0);
+            let expected = values.iter().take_while(|&&value| value == first).count();
+            prop_assert_eq!(leading(&values, |value| value == first), expected);
+        }
+    }
+}

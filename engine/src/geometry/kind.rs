@@ -1,0 +1,90 @@
+//! What a kind of geometry is, and what finds its hits.
+
+use std::any::Any;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use glam::{BVec3, Vec3};
+
+use super::Census;
+use crate::accel::AccelerationKind;
+use crate::packet::{EveryWidth, Surface};
+
+/// "The scene's default material", as an index of a material. So does every index that is out of range.
+pub const DEFAULT_MATERIAL: u32 = u32::MAX;
+
+/// Primitives of one kind, numbered from 0: plain data that knows its surface and can have a structure built that finds its hits.
+///
+/// A geometry may be wrong in every way that a file can be wrong: indices out of range, NaN, zero area. Primitives that cannot be hit
+/// are left out, which the census tells; they keep their numbers. Nothing panics.
+pub trait Geometry: Surface + Any + Debug + Send + Sync {
+    /// What people call it.
+    fn name(&self) -> &str {
+        ""
+    }
+
+    /// Number of primitives, those left out included; at most 2^32 - 1.
+    fn primitives(&self) -> usize;
+
+    /// Looks at every primitive: bounds, counts by name, and what is left out.
+    fn census(&self) -> Census;
+
+    /// Calls `visit` with points that show how far the geometry reaches: cameras are placed so that they see all of them. The corners
+    /// of the bounds, unless the kind knows better.
+    fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
+        let (low, high) = self.census().bounds;
+        if low.cmple(high).all() {
+            for corner in 0..8_u8 {
+                visit(Vec3::select(BVec3::new(corner & 1 > 0, corner & 2 > 0, corner & 4 > 0), low, high));
+            }
+        }
+    }
+
+    /// The index of the material that all primitives have, [`DEFAULT_MATERIAL`] unless the kind knows better; or, where they differ,
+    /// `None`, and those of `primitives` in `out`.
+    fn materials(&self, _primitives: &[u32], _out: &mut [u32]) -> Option<u32> {
+        Some(DEFAULT_MATERIAL)
+    }
+
+    /// The same with `shift` added to all indices of materials but [`DEFAULT_MATERIAL`]: for scenes that are joined.
+    fn shift_materials(self: Arc<Self>, shift: u32) -> Arc<dyn Geometry>;
+
+    /// May geometries of this type have one structure together? It is faster than several.
+    fn shares_structure(&self) -> bool {
+        true
+    }
+
+    /// Builds what finds the hits of `members`: geometries of this type, this one first. Its ids are the numbers of all their
+    /// primitives, one geometry after the other.
+    fn structure(&self, members: &[Arc<dyn Geometry>], kind: AccelerationKind) -> Box<dyn Structure>;
+}
+
+impl dyn Geometry {
+    /// The geometry as what it is, if it is of that type.
+    pub fn downcast_ref<G: Geometry>(&self) -> Option<&G> {
+        (self as &dyn Any).downcast_ref()
+    }
+}
+
+/// What finds the hits of one or several geometries.
+pub trait Structure: EveryWidth + Debug + Send + Sync {
+    /// Number of primitives that rays can hit. One without any is not asked.
+    fn primitives(&self) -> usize;
+
+    /// Bytes that it occupies.
+    fn bytes(&self) -> usize;
+
+    /// Could it [`refit`](Self::refit) to these?
+    fn can_refit(&self, members: &[Arc<dyn Geometry>]) -> bool;
+
+    /// Follows primitives that moved: the same ids, at new places. Much cheaper than to build anew, but rays get slower the more the
+    /// primitives have changed places. What is not finite or has no area now is left out until it has.
+    fn refit(&mut self, members: &[Arc<dyn Geometry>]);
+}
+
+/// Adds `shift` to an index of a material, unless it is [`DEFAULT_MATERIAL`].
+pub fn shift_material(index: &mut u32, shift: u32) {
+    if *index != DEFAULT_MATERIAL {
+        *index = index.saturating_add(shift);
+    }
+}

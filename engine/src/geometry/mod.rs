@@ -1,0 +1,30 @@
+//! What rays can hit: one file a kind, all behind one trait.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `table` | the kinds that there are, with an example of each |
+//! | `geometries` | all geometry of a scene under one top-level structure |
+//! | `mesh`, `triangle` | triangles with shared corners; the surface of one |
+//! | `spheres` | spheres: particles, atoms |
+//! | `tree` | geometries of one kind in one bounding volume hierarchy |
+//! | `kind` | the traits: what a kind of geometry is, and what finds its hits |
+//! | `census` | bounds, counts by name, and what is left out |
+//!
+//! A new kind is a file with its data and the trait [`Geometry`], and a line in [`KINDS`]. With [`InTree`] the hierarchy comes for free.
+
+mod census;
+mod geometries;
+mod kind;
+mod mesh;
+mod spheres;
+mod table;
+mod tree;
+mod triangle;
+
+pub use census::{Census, Item, Role};
+pub use geometries::{Depths, Geometries, NeedsRebuild, SceneError};
+pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, shift_material};
+pub use mesh::{Mesh, MeshGroup, NO_INDEX};
+pub use spheres::Spheres;
+pub use table::{KINDS, Kind};
+pub use tree::{InTree, Tree};

@@ -1,0 +1,41 @@
+//! A medium between the eye and surfaces, and between surfaces and lights.
+
+use crate::packet::{Column, Columns3, Packet, part, part_mut};
+use crate::scratch::lend;
+use crate::stack::{Context, Illumination, Segments};
+
+/// Puts the scene's medium, if it has one, before what the rays of a packet see: from where they start to what they hit, or to
+/// the ends of their intervals. Rays that go on from surfaces, as reflected ones, have stretches of their own.
+pub fn composite(context: &Context<'_>, packet: &mut Packet) {
+    let Some(medium) = &context.scene.medium else { return };
+    let count = packet.len();
+    let radiance: &mut Columns3 = &mut lend(context.width);
+    let transmittance: &mut Column<f32> = &mut lend(context.width);
+    let rays = packet.rays();
+    let (origins, directions, t0, t1) = (rays.origins(), rays.directions(), rays.t_min(), rays.t_max());
+    let segments = Segments { origins, directions, t0, t1 };
+    medium.march(&segments, part_mut(radiance, 0..count), &mut transmittance[..count]);
+    for (color, radiance) in packet.color.iter_mut().zip(radiance) {
+        let rows = color[..count].iter_mut().zip(radiance.iter()).zip(transmittance.iter());
+        rows.for_each(|((color, radiance), through)| *color = radiance + through * *color);
+    }
+}
+
+/// Weakens what arrives at points by the scene's medium, if it has one.
+pub fn attenuate(context: &Context<'_>, points: [&[f32]; 3], arriving: &mut Illumination) {
+    let Some(medium) = &context.scene.medium else { return };
+    let count = points[0].len();
+    let transmittance: &mut Column<f32> = &mut lend(context.width);
+    let t0: &mut Column<f32> = &mut lend(context.width);
+    t0[..count].fill(0.0);
+    let segments = Segments {
+        origins: points,
+        directions: part(&arriving.direction, 0..count),
+        t0: &t0[..count],
+        t1: &arriving.distance[..count],
+    };
+    medium.transmittance(&segments, &mut transmittance[..count]);
+    for radiance in &mut arriving.radiance {
+        radiance[..count].iter_mut().zip(transmittance.iter()).for_each(|(radiance, through)| *radiance *= through);
+    }
+}

@@ -1,0 +1,295 @@
+//! Sub-packets, and values derived once when first asked for (paper 5.1.4, Figure 6).
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::closest::Packet;
+use super::column::{Columns3, part, part_mut, rows, set_vec3, vec3};
+use super::rays::Rays;
+use super::surface::{Hits, Surface};
+
+bitflags::bitflags! {
+    /// Which values are derived.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    struct Known: u8 {
+        const POSITIONS = 1 << 0;
+        const GEOMETRIC_NORMALS = 1 << 1;
+        const NORMALS = 1 << 2;
+        const FORWARD_NORMALS = 1 << 3;
+        const TEXTURE_COORDINATES = 1 << 4;
+        const DERIVATIVES = 1 << 5;
+        const COLORS = 1 << 6;
+    }
+}
+
+/// A range of a packet's rays, without a copy: what a material is handed. All slices have one row a ray of the range. Derived values
+/// are computed for these rays only, once.
+pub struct SubPacket<'a> {
+    packet: &'a mut Packet,
+    range: Range<usize>,
+    surface: Option<&'a dyn Surface>,
+    known: Known,
+    has_colors: bool,
+}
+
+impl Packet {
+    /// The rays of one of the [`runs`](Packet::runs), without a copy; `surface` is the geometry that they hit, if any.
+    ///
+    /// # Panics
+    /// If there are not so many runs.
+    pub fn sub_packet<'a>(&'a mut self, run: usize, surface: Option<&'a dyn Surface>) -> SubPacket<'a> {
+        let range = self.runs()[run].rays.clone();
+        SubPacket::new(self, range, surface)
+    }
+}
+
+impl<'a> SubPacket<'a> {
+    fn new(packet: &'a mut Packet, range: Range<usize>, surface: Option<&'a dyn Surface>) -> Self {
+        Self { packet, range, surface, known: Known::empty(), has_colors: false }
+    }
+
+    /// Number of rays.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.range.len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.range.is_empty()
+    }
+
+    /// How many rays its packet can hold.
+    pub fn width(&self) -> usize {
+        self.packet.width()
+    }
+
+    /// How many reflections or refractions the rays have behind them.
+    pub fn depth(&self) -> u32 {
+        self.packet.depth
+    }
+
+    /// Index of the channel that the rays belong to.
+    pub fn channel(&self) -> u32 {
+        self.packet.channel
+    }
+
+    /// A smaller sub-packet of the same parent: the rays `range` of these, with what was derived.
+    ///
+    /// # Panics
+    /// If the range is not within this sub-packet.
+    pub fn sub_packet(&mut self, range: Range<usize>) -> SubPacket<'_> {
+        assert!(
+            range.start <= range.end && range.end <= self.len(),
+            "rays {range:?} of a sub-packet of {}",
+            self.len()
+        );
+        let range = self.range.start + range.start..self.range.start + range.end;
+        let (surface, known, has_colors) = (self.surface, self.known, self.has_colors);
+        SubPacket { packet: self.packet, range, surface, known, has_colors }
+    }
+
+    /// Where the rays start.
+    #[inline(always)]
+    pub fn origins(&self) -> [&[f32]; 3] {
+        rows(self.packet.rays().origins(), self.range.clone())
+    }
+
+    /// Where they go.
+    #[inline(always)]
+    pub fn directions(&self) -> [&[f32]; 3] {
+        rows(self.packet.rays().directions(), self.range.clone())
+    }
+
+    /// How far to the hits, in lengths of the directions.
+    #[inline(always)]
+    pub fn distances(&self) -> &[f32] {
+        &self.packet.rays().t_max()[self.range.clone()]
+    }
+
+    /// Which primitives of the geometry were hit.
+    pub fn primitives(&self) -> &[u32] {
+        &self.packet.primitive[self.range.clone()]
+    }
+
+    /// Image coordinates of the samples that the rays belong to, x and y.
+    pub fn image(&self) -> [&[f32]; 2] {
+        let [x, y] = &self.packet.image;
+        [&x[self.range.clone()], &y[self.range.clone()]]
+    }
+
+    /// The hits, as geometry sees them.
+    pub fn hits(&self) -> Hits<'_> {
+        hits(self.packet.rays(), &self.packet.primitive, &self.range)
+    }
+
+    /// Where the rays hit: `origin + t_max * direction`.
+    pub fn positions(&mut self) -> [&[f32]; 3] {
+        if self.lacks(Known::POSITIONS) {
+            let (rays, _, derived) = self.packet.parts();
+            let t = &rays.t_max()[self.range.clone()];
+            let (origins, directions) =
+                (rows(rays.origins(), self.range.clone()), rows(rays.directions(), self.range.clone()));
+            let out = part_mut(&mut derived.position, self.range.clone());
+            for ((out, o), d) in out.into_iter().zip(origins).zip(directions) {
+                for (((out, o), t), d) in out.iter_mut().zip(o).zip(t).zip(d) {
+                    *out = o + t * d;
+                }
+            }
+        }
+        part(&self.packet.derived.position, self.range.clone())
+    }
+
+    /// Unit geometric normals at the hits.
+    pub fn geometric_normals(&mut self) -> [&[f32]; 3] {
+        if self.lacks(Known::GEOMETRIC_NORMALS) {
+            let (rays, primitives, derived) = self.packet.parts();
+            let out = part_mut(&mut derived.geometric_normal, self.range.clone());
+            match self.surface {
+                Some(surface) => surface.geometric_normals(&hits(rays, primitives, &self.range), out),
+                None => out.into_iter().for_each(|column| column.fill(0.0)),
+            }
+        }
+        part(&self.packet.derived.geometric_normal, self.range.clone())
+    }
+
+    /// Unit shading normals at the hits.
+    pub fn normals(&mut self) -> [&[f32]; 3] {
+        if self.lacks(Known::NORMALS) {
+            let (rays, primitives, derived) = self.packet.parts();
+            let out = part_mut(&mut derived.normal, self.range.clone());
+            match self.surface {
+                Some(surface) => surface.normals(&hits(rays, primitives, &self.range), out),
+                None => out.into_iter().for_each(|column| column.fill(0.0)),
+            }
+        }
+        part(&self.packet.derived.normal, self.range.clone())
+    }
+
+    /// Unit shading normals turned to the side of the surface that the ray comes from, as the geometric normal says;
+    /// where shading and geometric normal disagree about the side, the geometric normal, which is turned too.
+    pub fn forward_normals(&mut self) -> [&[f32]; 3] {
+        self.geometric_normals();
+        self.normals();
+        if self.lacks(Known::FORWARD_NORMALS) {
+            let (rays, _, derived) = self.packet.parts();
+            let directions = rows(rays.directions(), self.range.clone());
+            let geometric_normals = &mut part_mut(&mut derived.geometric_normal, self.range.clone());
+            let normals = &mut part_mut(&mut derived.normal, self.range.clone());
+            for i in 0..self.range.len() {
+                let direction = vec3(&directions, i);
+                let geometric = vec3(geometric_normals, i);
+                let geometric = if geometric.dot(direction) > 0.0 { -geometric } else { geometric };
+                let normal = vec3(normals, i);
+                let normal = if normal.dot(geometric) < 0.0 { -normal } else { normal };
+                let visible = normal.dot(direction) < 0.0;
+                set_vec3(normals, i, if visible { normal } else { geometric });
+                set_vec3(geometric_normals, i, geometric);
+            }
+        }
+        part(&self.packet.derived.normal, self.range.clone())
+    }
+
+    /// Texture coordinates at the hits.
+    pub fn texture_coordinates(&mut self) -> [&[f32]; 3] {
+        if self.lacks(Known::TEXTURE_COORDINATES) {
+            let (rays, primitives, derived) = self.packet.parts();
+            let out = part_mut(&mut derived.texture, self.range.clone());
+            match self.surface {
+                Some(surface) => surface.texture_coordinates(&hits(rays, primitives, &self.range), out),
+                None => out.into_iter().for_each(|column| column.fill(0.0)),
+            }
+        }
+        part(&self.packet.derived.texture, self.range.clone())
+    }
+
+    /// Derivatives of the hit positions along two surface directions.
+    pub fn derivatives(&mut self) -> [[&[f32]; 3]; 2] {
+        if self.lacks(Known::DERIVATIVES) {
+            let (rays, primitives, derived) = self.packet.parts();
+            let out = derived.derivatives.each_mut().map(|columns| part_mut(columns, self.range.clone()));
+            match self.surface {
+                Some(surface) => surface.derivatives(&hits(rays, primitives, &self.range), out),
+                None => out.into_iter().flatten().for_each(|column| column.fill(0.0)),
+            }
+        }
+        self.packet.derived.derivatives.each_ref().map(|columns| part(columns, self.range.clone()))
+    }
+
+    /// The colours of the geometry's own at the hits; `None` if it has none.
+    pub fn own_colors(&mut self) -> Option<[&[f32]; 3]> {
+        if self.lacks(Known::COLORS) {
+            let (rays, primitives, derived) = self.packet.parts();
+            let out = part_mut(&mut derived.color, self.range.clone());
+            self.has_colors =
+                self.surface.is_some_and(|surface| surface.colors(&hits(rays, primitives, &self.range), out));
+        }
+        self.has_colors.then(|| part(&self.packet.derived.color, self.range.clone()))
+    }
+
+    /// How large the numbers are that the hits' positions follow from: see [`Surface::error_scales`].
+    pub fn error_scales(&self, out: &mut [f32]) {
+        match self.surface {
+            Some(surface) => surface.error_scales(&self.hits(), out),
+            None => out.fill(0.0),
+        }
+    }
+
+    /// The colours of the rays, linear RGB: the result, to write.
+    #[inline(always)]
+    pub fn colors_mut(&mut self) -> [&mut [f32]; 3] {
+        part_mut(&mut self.packet.color, self.range.clone())
+    }
+
+    /// Gives all rays one colour.
+    pub fn fill_color(&mut self, color: Vec3) {
+        for (column, value) in self.colors_mut().into_iter().zip(color.to_array()) {
+            column.fill(value);
+        }
+    }
+
+    /// Gives the rays the colours in the first rows of some columns.
+    pub fn set_colors(&mut self, colors: &Columns3) {
+        for (out, colors) in self.colors_mut().into_iter().zip(colors) {
+            out.copy_from_slice(&colors[..out.len()]);
+        }
+    }
+
+    /// The shading normals, and the colours to write.
+    pub fn normals_and_colors(&mut self) -> ([&[f32]; 3], [&mut [f32]; 3]) {
+        self.normals();
+        let Packet { derived, color, .. } = &mut *self.packet;
+        (part(&derived.normal, self.range.clone()), part_mut(color, self.range.clone()))
+    }
+
+    /// The rays' directions, and the colours to write.
+    pub fn directions_and_colors(&mut self) -> ([&[f32]; 3], [&mut [f32]; 3]) {
+        let (rays, color) = self.packet.rays_and_color();
+        (rows(rays.directions(), self.range.clone()), part_mut(color, self.range.clone()))
+    }
+
+    /// Is a value still to be derived? Notes that it is.
+    fn lacks(&mut self, value: Known) -> bool {
+        let lacks = !self.known.contains(value);
+        self.known |= value;
+        lacks
+    }
+}
+
+/// The hits of some rays.
+#[inline(always)]
+fn hits<'a>(rays: &'a dyn Rays, primitives: &'a [u32], range: &Range<usize>) -> Hits<'a> {
+    Hits {
+        origins: rows(rays.origins(), range.clone()),
+        directions: rows(rays.directions(), range.clone()),
+        t: &rays.t_max()[range.clone()],
+        primitives: &primitives[range.clone()],
+    }
+}
+
+impl std::fmt::Debug for SubPacket<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SubPacket").field("range", &self.range).field("known", &self.known).finish_non_exhaustive()
+    }
+}

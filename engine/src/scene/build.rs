@@ -1,0 +1,60 @@
+//! A scene made ready to be rendered.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::SceneDescription;
+use crate::accel::AccelerationKind;
+use crate::geometry::{Geometries, SceneError};
+use crate::light::{Directional, Light, Point};
+use crate::material::{Lambertian, NamedMaterial};
+use crate::stack::{Materials, Scene};
+use crate::view::Up;
+
+/// Builds a scene from its description. What is wrong with it is left out and told by the
+/// [census](Geometries::census); a missing material becomes the default one.
+///
+/// # Errors
+/// If a geometry has more primitives than there are numbers.
+pub fn build(description: &SceneDescription, kind: AccelerationKind) -> Result<Scene, SceneError> {
+    Ok(with_geometry(description, Geometries::build(description.geometry.clone(), kind)?))
+}
+
+/// As [`build`], with the geometry of the same description.
+pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Scene {
+    let up = description.up.unwrap_or_else(|| Up::guess(geometry.bounds()));
+    let default = NamedMaterial { name: "default".to_owned(), material: Arc::new(Lambertian::default()) };
+    let lights = match &description.lights[..] {
+        [] => vec![default_light(geometry.bounds(), up)],
+        lights => lights.to_vec(),
+    };
+    Scene {
+        materials: Materials::new(description.materials.iter().cloned().chain([default]).collect()),
+        lights,
+        ambient: description.ambient.clone(),
+        background: description.background.clone(),
+        medium: description.medium.clone(),
+        shadows: true,
+        geometry,
+        up,
+        view: description.view,
+    }
+}
+
+/// The light of a scene that has none: a key light from the upper left of the default view, far enough for even light,
+/// near enough that its shadow rays share an origin.
+fn default_light((low, high): (Vec3, Vec3), up: Up) -> Arc<dyn Light> {
+    let radius = (high * 0.5 - low * 0.5).length();
+    let (middle, radius) = if radius.is_finite() && low.cmple(high).all() {
+        (low * 0.5 + high * 0.5, radius.max(f32::MIN_POSITIVE))
+    } else {
+        (Vec3::ZERO, 1.0)
+    };
+    let position = middle + up.from_y_up(Vec3::new(-1.6, 3.4, 3.0)) * radius;
+    if position.is_finite() {
+        Arc::new(Point { position, color: Vec3::new(0.95, 0.90, 0.82), falloff: false })
+    } else {
+        Arc::new(Directional { direction: up.vector(), color: Vec3::splat(0.9) })
+    }
+}

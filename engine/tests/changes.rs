@@ -1,0 +1,155 @@
+//! Transactions change anything of the state, and each change is in the next frame: it is the picture of an engine that was built that
+//! way.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use mobula::accel::AccelerationKind;
+use mobula::app::{self, Settings, State};
+use mobula::background::Constant;
+use mobula::camera::{CameraKind, Orthographic, View};
+use mobula::geometry::{Geometries, Geometry, Mesh, Spheres};
+use mobula::image::Size;
+use mobula::light::{Directional, Hemisphere, Point};
+use mobula::material::{Flat, Lambertian, Phong};
+use mobula::medium::Fog;
+use mobula::pipeline::Pipeline;
+use mobula::renderer::RendererKind;
+use mobula::sampler::SamplerKind;
+use mobula::scene::SceneDescription;
+
+const VIEW: View = View { eye: Vec3::new(1.0, 4.0, 6.0), at: Vec3::ZERO, up: Vec3::Y, fov: 45.0 };
+
+/// A pane and a ball over a floor.
+fn geometry(height: f32) -> Vec<Arc<dyn Geometry>> {
+    let square = |side: f32, y: f32| vec![[-side, y, -side], [side, y, -side], [side, y, side], [-side, y, side]];
+    let triangles = vec![[0, 2, 1], [0, 3, 2]];
+    vec![
+        Arc::new(Mesh { positions: square(4.0, 0.0), triangles: triangles.clone(), material: 0, ..Mesh::default() }),
+        Arc::new(Mesh { positions: square(1.0, height), triangles, material: 1, ..Mesh::default() }),
+        Arc::new(Spheres { centers: vec![[-1.5, 0.5, 1.0]], radii: vec![0.5], material: 2, ..Spheres::default() }),
+    ]
+}
+
+fn description() -> SceneDescription {
+    let mut scene = SceneDescription { geometry: geometry(1.5), view: Some(VIEW), ..SceneDescription::default() };
+    scene.add_material("floor", Lambertian { diffuse: Vec3::new(0.6, 0.5, 0.4) });
+    scene.add_material("pane", Phong::default());
+    scene.add_material("ball", Flat { color: Vec3::X });
+    scene.add_light(Directional { direction: Vec3::new(0.3, 1.0, 0.2), color: Vec3::ONE });
+    scene
+}
+
+fn settings() -> Settings {
+    Settings { size: Size::new(60, 40).expect("a valid size"), threads: 2, ..Settings::default() }
+}
+
+fn picture(pipeline: &mut Pipeline<State>) -> Vec<u8> {
+    pipeline.run(1).expect("nothing fails");
+    pipeline.picture(0).expect("a picture").1.to_rgba8()
+}
+
+/// A change as a transaction makes it, and an engine that was built that way.
+struct Change {
+    name: &'static str,
+    make: fn(&mut State),
+    describe: fn(&mut SceneDescription, &mut Settings),
+}
+
+const CHANGES: &[Change] = &[
+    Change {
+        name: "a material that becomes transparent",
+        make: |state| state.stack.scene.materials.set(1, Arc::new(Phong { transparency: 0.7, ..Phong::default() })),
+        describe: |scene, _| scene.materials[1].material = Arc::new(Phong { transparency: 0.7, ..Phong::default() }),
+    },
+    Change {
+        name: "a light in place of another",
+        make: |state| state.stack.scene.lights[0] = Arc::new(Point { position: Vec3::Y * 3.0, ..Point::default() }),
+        describe: |scene, _| scene.lights[0] = Arc::new(Point { position: Vec3::Y * 3.0, ..Point::default() }),
+    },
+    Change {
+        name: "one more light",
+        make: |state| state.stack.scene.lights.push(Arc::new(Directional::default())),
+        describe: |scene, _| scene.add_light(Directional::default()),
+    },
+    Change {
+        name: "ambient light",
+        make: |state| state.stack.scene.ambient = Arc::new(Hemisphere { above: Vec3::X, below: Vec3::Y }),
+        describe: |scene, _| scene.ambient = Arc::new(Hemisphere { above: Vec3::X, below: Vec3::Y }),
+    },
+    Change {
+        name: "another camera",
+        make: |state| state.stack.set_camera(0, Arc::new(Orthographic::new(VIEW))),
+        describe: |_, settings| settings.camera = CameraKind::Orthographic,
+    },
+    Change {
+        name: "another view",
+        make: |state| state.stack.set_view(0, View { eye: Vec3::new(-3.0, 5.0, 4.0), ..VIEW }),
+        describe: |scene, _| scene.view = Some(View { eye: Vec3::new(-3.0, 5.0, 4.0), ..VIEW }),
+    },
+    Change {
+        name: "geometry that moved",
+        make: |state| state.stack.scene.geometry.refit(geometry(2.0)).expect("the same primitives"),
+        describe: |scene, _| scene.geometry = geometry(2.0),
+    },
+    Change {
+        name: "less geometry",
+        make: |state| {
+            let fewer = geometry(1.5).split_off(1);
+            state.stack.scene.geometry = Geometries::build(fewer, AccelerationKind::Bvh).expect("few primitives");
+        },
+        describe: |scene, _| scene.geometry = geometry(1.5).split_off(1),
+    },
+    Change {
+        name: "a background",
+        make: |state| state.stack.scene.background = Arc::new(Constant { color: Vec3::Z }),
+        describe: |scene, _| scene.background = Arc::new(Constant { color: Vec3::Z }),
+    },
+    Change {
+        name: "a medium",
+        make: |state| state.stack.scene.medium = Some(Arc::new(Fog::new(0.1))),
+        describe: |scene, _| scene.medium = Some(Arc::new(Fog::new(0.1))),
+    },
+    Change {
+        name: "no shadows",
+        make: |state| state.stack.scene.shadows = false,
+        describe: |_, settings| settings.shadows = false,
+    },
+    Change {
+        name: "a renderer",
+        make: |state| state.stack.renderer = RendererKind::Normal.build(),
+        describe: |_, settings| settings.renderer = RendererKind::Normal,
+    },
+    Change {
+        name: "a pixel sampler",
+        make: |state| state.stack.sampler = SamplerKind::Jittered { side: 2 }.build(),
+        describe: |_, settings| settings.sampler = SamplerKind::Jittered { side: 2 },
+    },
+];
+
+#[test]
+fn every_change_is_in_the_next_frame() {
+    for change in CHANGES {
+        let mut changed = app::pipeline(&description(), &settings()).expect("a small scene");
+        let before = picture(&mut changed);
+        changed.handle().send(change.name, change.make);
+        let after = picture(&mut changed);
+        assert!(before != after, "{}: nothing to be seen", change.name);
+
+        let (mut scene, mut settings) = (description(), settings());
+        (change.describe)(&mut scene, &mut settings);
+        let mut built = app::pipeline(&scene, &settings).expect("a small scene");
+        assert!(after == picture(&mut built), "{}: not what an engine built that way shows", change.name);
+    }
+}
+
+#[test]
+fn a_change_of_the_packet_width_is_not_to_be_seen() {
+    let mut pipeline = app::pipeline(&description(), &settings()).expect("a small scene");
+    let before = picture(&mut pipeline);
+    for &width in app::PacketWidth::ALL {
+        pipeline.handle().send("width", move |state: &mut State| state.stack.width = width);
+        assert!(before == picture(&mut pipeline), "packets of {width}");
+        assert_eq!(pipeline.state().stack.width, width);
+    }
+}
