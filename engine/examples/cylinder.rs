@@ -11,7 +11,7 @@ use mobula_core::simd::{F32Lanes, Token};
 use mobula_core::vector::{load3, splat3, sub};
 use mobula_core::{NO_HIT, Rays};
 
-/// `[x, y, z, height, radius]` of each: x, y, z is the middle of the foot. Open at both ends.
+/// `[x, y, z, height, radius]` of each, around its middle; half its height. Open at both ends.
 #[derive(Clone, Debug)]
 struct Cylinders(Vec<[f32; 5]>);
 
@@ -28,15 +28,15 @@ fn cylinder<T: Token>(
     [t_min, t_max]: [T::F32; 2],
 ) -> (T::Mask, T::F32) {
     let square = dx * dx + dz * dz;
-    let middle = (x * dx + z * dz) / square;
+    let closest = (x * dx + z * dz) / square;
     // Where the ray is closest to the axis: more precise than b * b - a * c far away.
-    let (off_x, off_z) = (dx.mul_sub(middle, x), dz.mul_sub(middle, z));
+    let (off_x, off_z) = (dx.mul_sub(closest, x), dz.mul_sub(closest, z));
     let half = ((radius * radius - (off_x * off_x + off_z * off_z)) / square).sqrt();
     let side = |t: T::F32| {
-        let up = dy.mul_sub(t, y);
-        (up.ge(height - height) & up.le(height) & t.gt(t_min) & t.le(t_max), t)
+        let within = dy.mul_sub(t, y).abs().le(height);
+        (within & t.gt(t_min) & t.le(t_max), t)
     };
-    let ((near, t_near), (far, t_far)) = (side(middle - half), side(middle + half));
+    let ((near, t_near), (far, t_far)) = (side(closest - half), side(closest + half));
     (near | far, t_near.select(near, t_far))
 }
 
@@ -46,7 +46,7 @@ impl Block for FourCylinders {
     const EMPTY: Self = Self([[f32::NAN; BLOCK]; 5], [NO_HIT; BLOCK]);
     const NOWHERE: [f32; 5] = [f32::NAN; 5];
     fn bounds(&[x, y, z, height, r]: &[f32; 5]) -> Option<Bounds> {
-        let bounds = Bounds::of_points(&[[x - r, y, z - r], [x + r, y + height, z + r]]);
+        let bounds = Bounds::of_points(&[[x - r, y - height, z - r], [x + r, y + height, z + r]]);
         (bounds.low.iter().chain(&bounds.high).all(|x| x.is_finite()) && height > 0.0 && r > 0.0).then_some(bounds)
     }
     fn set(&mut self, place: usize, id: u32, cylinder: &[f32; 5]) {
@@ -79,19 +79,19 @@ impl Block for FourCylinders {
         at: usize,
         among: T::Mask,
     ) -> (T::Mask, T::F32) {
-        let foot = splat3(token, [rows[0][i], rows[1][i], rows[2][i]]);
-        let foot = if COMMON_ORIGIN { foot } else { sub(foot, load3(token, rays.origins(), at)) };
+        let middle = splat3(token, [rows[0][i], rows[1][i], rows[2][i]]);
+        let middle = if COMMON_ORIGIN { middle } else { sub(middle, load3(token, rays.origins(), at)) };
         let interval = [token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at)];
         let size = [token.splat(rows[3][i]), token.splat(rows[4][i])];
-        let (hit, t) = cylinder::<T>(foot, size, load3(token, rays.directions(), at), interval);
+        let (hit, t) = cylinder::<T>(middle, size, load3(token, rays.directions(), at), interval);
         (hit & among, t)
     }
     #[inline(always)]
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
         let [x, y, z, height, radius] = &self.0;
-        let foot = [token.load(x, i), token.load(y, i), token.load(z, i)];
+        let middle = [token.load(x, i), token.load(y, i), token.load(z, i)];
         let size = [token.load(height, i), token.load(radius, i)];
-        cylinder::<T>(sub(foot, ray.origin), size, ray.direction, [ray.t_min, ray.t_max])
+        cylinder::<T>(sub(middle, ray.origin), size, ray.direction, [ray.t_min, ray.t_max])
     }
 }
 
@@ -136,7 +136,7 @@ impl Surface for Cylinders {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut scene, size) = (mobula::builtin::scene(), Size::new(160, 120)?);
-    scene.add(Cylinders(vec![[-3.6, -0.3, -3.0, 2.5, 0.35], [0.0, -0.3, -3.0, 3.0, 0.3]]));
+    scene.add(Cylinders(vec![[-3.6, 1.0, -3.0, 1.3, 0.35], [0.0, 1.2, -3.0, 1.5, 0.3]]));
     let mut pictures = Vec::new();
     for &width in PacketWidth::ALL {
         let mut pipeline =
