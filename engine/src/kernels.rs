@@ -297,9 +297,9 @@ mod tests {
 
     fn small() -> Options {
         Options {
-            filter: Some("slab".to_owned()),
+            filter: Some("node_d".to_owned()),
             level: vec![Level::Scalar, Level::Sse2],
-            width: vec![8, 16],
+            width: vec![64, 256],
             samples: 1,
             ..Options::default()
         }
@@ -330,7 +330,7 @@ mod tests {
     fn tables_and_values_have_a_line_a_row() {
         for csv in [false, true] {
             let mut out = Vec::new();
-            run(&Options { csv, filter: Some("slab general".to_owned()), ..small() }, &mut out).unwrap();
+            run(&Options { csv, filter: Some("node_single general".to_owned()), ..small() }, &mut out).unwrap();
             assert_eq!(String::from_utf8(out).unwrap().lines().count(), 1 + 4);
         }
     }
@@ -339,13 +339,13 @@ mod tests {
     fn a_filter_that_nothing_matches_is_an_error_that_names_the_kernels() {
         let options = Options { filter: Some("cone".to_owned()), ..small() };
         let error = run(&options, &mut io::sink()).unwrap_err().to_string();
-        assert!(error.contains("\"cone\"") && error.contains("triangle, sphere, slab"), "{error}");
+        assert!(error.contains("\"cone\"") && error.contains("triangle, sphere, iso_cell"), "{error}");
     }
 
     #[test]
     fn plots_are_drawn_and_a_folder_that_cannot_be_made_is_an_error() {
         let folder = std::env::temp_dir().join(format!("mobula-kernels-{}", std::process::id()));
-        let options = Options { plot: Some(folder.clone()), filter: Some("slab general".to_owned()), ..small() };
+        let options = Options { plot: Some(folder.clone()), filter: Some("node_single general".to_owned()), ..small() };
         run(&options, &mut io::sink()).unwrap();
         let drawn = std::fs::read_dir(&folder).unwrap().count();
         std::fs::remove_dir_all(&folder).unwrap();
