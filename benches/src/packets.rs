@@ -10,7 +10,7 @@ use crate::rays::{Found, Kind, RaySet};
 
 /// Traces all rays in packets of `N`.
 pub fn trace<const N: usize, B: Block>(bvh: &Bvh<B>, token: AnyToken, kind: Kind, rays: &RaySet, found: &mut Found) {
-    let known = properties(kind, rays);
+    let known = properties(rays);
     if kind.any_hit() {
         let mut packet = Box::new(AnyHitPacket::<N>::default());
         for at in (0..rays.len()).step_by(N) {
@@ -35,11 +35,10 @@ pub fn trace<const N: usize, B: Block>(bvh: &Bvh<B>, token: AnyToken, kind: Kind
     }
 }
 
-/// What is true of all rays of a kind.
-fn properties(kind: Kind, rays: &RaySet) -> Properties {
+/// What is true of all rays.
+fn properties(rays: &RaySet) -> Properties {
     let mut known = Properties::NORMALIZED_DIRECTIONS;
     known.set(Properties::COMMON_ORIGIN, rays.common_origin);
-    known.set(Properties::CONSTANT_EYE, kind == Kind::Primary);
     known
 }
 

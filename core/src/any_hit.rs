@@ -14,12 +14,12 @@ pub struct AnyHitPacket<const N: usize> {
 }
 
 impl<const N: usize> AnyHitPacket<N> {
-    /// Makes `range` the active rays: full intervals, no properties but [`Properties::ANY_HIT`], and nothing met yet.
+    /// Makes `range` the active rays: full intervals, no properties, and nothing met yet.
     ///
     /// # Panics
     /// If the range is not within `0..N`.
     pub fn reset(&mut self, range: Range<usize>) {
-        self.rays.reset(range.clone(), Properties::ANY_HIT);
+        self.rays.reset(range.clone(), Properties::empty());
         self.depth[range].fill(0);
     }
 

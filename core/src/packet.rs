@@ -46,7 +46,6 @@ impl<const N: usize> RayPacket<N> {
     pub fn reset_hits(&mut self) {
         let range = self.range();
         self.hits.primitive[range].fill(NO_HIT);
-        self.rays.forget(Properties::OF_HITS);
     }
 
     /// The rays together with the hits, for kernels.

@@ -86,7 +86,7 @@ impl<const N: usize> Rays<N> {
     pub fn set_range(&mut self, range: Range<usize>) {
         assert!(range.start <= range.end && range.end <= N, "rays {range:?} of a packet of {N}");
         if range.start < self.begin || range.end > self.end {
-            self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION | Properties::OF_HITS;
+            self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION;
         }
         (self.begin, self.end) = (range.start, range.end);
     }
@@ -135,7 +135,7 @@ impl<const N: usize> Rays<N> {
 
     /// Sets ray `i` and clears every property that this could make false.
     pub fn set_ray(&mut self, i: usize, origin: Vec3, direction: Vec3) {
-        self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION | Properties::OF_HITS;
+        self.properties -= Properties::OF_ORIGIN | Properties::OF_DIRECTION;
         set_vec3(&mut self.origin, i, origin);
         set_vec3(&mut self.direction, i, direction);
     }
@@ -154,13 +154,13 @@ impl<const N: usize> Rays<N> {
 
     /// Origins to write; clears what that could make false.
     pub fn origins_mut(&mut self) -> &mut Columns3<N> {
-        self.properties -= Properties::OF_ORIGIN | Properties::OF_HITS;
+        self.properties -= Properties::OF_ORIGIN;
         &mut self.origin
     }
 
     /// Gives every active ray the same origin, and says so.
     pub fn set_common_origin(&mut self, origin: Vec3) {
-        self.properties -= Properties::OF_ORIGIN | Properties::OF_HITS;
+        self.properties -= Properties::OF_ORIGIN;
         let range = self.range();
         for (column, value) in self.origin.iter_mut().zip(origin.to_array()) {
             column[range.clone()].fill(value);
@@ -176,7 +176,7 @@ impl<const N: usize> Rays<N> {
 
     /// Directions to write; clears what that could make false.
     pub fn directions_mut(&mut self) -> &mut Columns3<N> {
-        self.properties -= Properties::OF_DIRECTION | Properties::OF_HITS;
+        self.properties -= Properties::OF_DIRECTION;
         &mut self.direction
     }
 
@@ -205,7 +205,7 @@ impl<const N: usize> Rays<N> {
     /// unless the square of a length underflows or overflows (lengths outside of about 1e-16 to 1e19, zero, NaN).
     #[inline(always)]
     pub fn normalize<T: Token>(&mut self, token: T) {
-        self.properties -= Properties::OF_DIRECTION | Properties::OF_HITS;
+        self.properties -= Properties::OF_DIRECTION;
         let (least, greatest) = (token.splat(1e-32), token.splat(f32::INFINITY));
         let mut sound = true;
         let mut at = 0;
@@ -248,7 +248,7 @@ impl<const N: usize> Rays<N> {
                 }
                 at += T::LANES;
             }
-            self.properties |= Properties::HAVE_INVERSE_DIRECTIONS | Properties::HAVE_SIGNS;
+            self.properties |= Properties::HAVE_INVERSE_DIRECTIONS;
             if (0..3).all(|axis| !(negative[axis] && positive[axis])) {
                 self.properties |= Properties::CONSTANT_SIGNS;
             }
@@ -263,7 +263,6 @@ impl<const N: usize> Rays<N> {
     #[inline(always)]
     pub fn shears<T: Token>(&mut self, token: T) -> (&Columns3<N>, &Column<u32, N>) {
         if !self.properties.contains(Properties::HAVE_SHEARS) {
-            let mut seen = [false; 3];
             let mut at = 0;
             while at < N {
                 let active = self.active(token, at);
@@ -284,15 +283,9 @@ impl<const N: usize> Rays<N> {
                 let axis = I32Lanes::select(axis, on_z, token.splat_i32(0));
                 let axis = I32Lanes::select(token.splat_i32(1), on_y, axis);
                 I32Lanes::store_masked(axis, &mut self.axis[..], at, active);
-                seen[0] |= active.and_not(on_y | on_z).any();
-                seen[1] |= (active & on_y).any();
-                seen[2] |= (active & on_z).any();
                 at += T::LANES;
             }
             self.properties |= Properties::HAVE_SHEARS;
-            if seen.iter().filter(|&&s| s).count() <= 1 {
-                self.properties |= Properties::CONSTANT_AXIS;
-            }
         }
         (&self.shear, &self.axis)
     }
@@ -359,9 +352,6 @@ impl<const N: usize> Rays<N> {
                 }
                 if p.contains(Properties::CONSTANT_SIGNS) {
                     assert!((0..3).all(|k| same_sign(d[k], d0[k])), "ray {i}: CONSTANT_SIGNS is set but false");
-                }
-                if p.contains(Properties::CONSTANT_AXIS) {
-                    assert!(dominant_axis(d) == dominant_axis(d0), "ray {i}: CONSTANT_AXIS is set but false");
                 }
                 if p.contains(Properties::HAVE_INVERSE_DIRECTIONS) && d.is_finite() {
                     let least = (d.abs().max_element() * LEAST_SHARE).max(LEAST_DIRECTION);

@@ -24,18 +24,6 @@ impl DraftRay {
         let ray = oracle::ExactRay::new(self.origin, self.direction);
         oracle::ExactRay { t_min: f64::from(self.t_min), t_max: f64::from(self.t_max), ..ray }
     }
-
-    /// The dominant axis as [`Rays::shears`](crate::Rays::shears) finds it.
-    fn axis(&self) -> usize {
-        let [x, y, z] = self.direction.map(f32::abs);
-        if z > x && z > y {
-            2
-        } else if y > x {
-            1
-        } else {
-            0
-        }
-    }
 }
 
 /// What a kernel is run on.
@@ -69,13 +57,6 @@ impl<P> Draft<P> {
                 let unit = d.map(|x| (f64::from(x) / length) as f32);
                 // NaN and infinities stay; what has no direction gets one.
                 *d = if length > 0.0 { unit } else { [1.0, 0.0, 0.0] };
-            }
-            if self.promises.contains(Properties::CONSTANT_AXIS) {
-                let (from, to) = (ray.axis(), first.axis());
-                ray.direction.swap(from, to);
-                if ray.axis() != to {
-                    ray.direction = first.direction;
-                }
             }
             if self.promises.contains(Properties::CONSTANT_SIGNS) {
                 for (x, like) in ray.direction.iter_mut().zip(first.direction) {

@@ -104,8 +104,8 @@ impl<P: Clone, const N: usize> Work<P, N> {
             rays.set_ray(i, ray.origin.into(), ray.direction.into());
             rays.set_interval(i, ray.t_min, ray.t_max);
         }
-        // CONSTANT_SIGNS and CONSTANT_AXIS are found out when they are derived; the kernel takes them for granted.
-        rays.promise(draft.promises - (Properties::CONSTANT_SIGNS | Properties::CONSTANT_AXIS));
+        // Found out when it is derived; the kernel takes it for granted.
+        rays.promise(draft.promises - Properties::CONSTANT_SIGNS);
         let t_max = rays.t_max;
         Box::new(Self {
             rays,

@@ -58,7 +58,6 @@ pub trait Block: Copy + Send + Sync + Zeroable + 'static {
 
     /// Tests primitive `i` of a prepared block against the rays from `at` in the lanes `among`: which hit within their intervals,
     /// and where. All directions have the dominant axis `axis`, unless the rays have their `OWN_AXES`.
-    #[expect(clippy::too_many_arguments, reason = "a primitive, rays, and what is known of them")]
     fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
         token: T,
         prepared: &Self::Prepared,

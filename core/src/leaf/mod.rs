@@ -31,7 +31,6 @@ use crate::sink::{SingleHit, Sink};
 pub trait Leaf: Send + Sync {
     /// Tests a leaf against the rays of `groups`, which travel together; `COMMON_ORIGIN` says that all start at one point.
     /// Returns the groups whose intervals changed.
-    #[expect(clippy::too_many_arguments, reason = "a leaf, rays, what is known of them, and where hits go")]
     fn packet<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
         &self,
         token: T,

@@ -28,7 +28,6 @@ impl<L: Leaf> WideBvh<L> {
 
     fn closest<const N: usize>(&self, token: impl Dispatch, packet: &mut RayPacket<N>, roots: Roots) -> Paths {
         packet.check();
-        packet.forget(Properties::OF_HITS);
         let (rays, sink) = packet.split();
         token.dispatch(Traverse { bvh: self, rays, sink, roots })
     }

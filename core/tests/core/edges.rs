@@ -63,9 +63,6 @@ impl Task for Compare<'_> {
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
         self.rays.shears(token);
-        if !self.rays.properties().contains(Properties::CONSTANT_AXIS) {
-            return;
-        }
         let rays = &*self.rays;
         let bounds = GroupBounds::new::<T, N, true>(token, rays, 0.0);
         let class = bounds.class(0);

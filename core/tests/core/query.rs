@@ -4,10 +4,13 @@ use crate::common::{Random, Shape};
 use mobula_core::glam::Vec3;
 use mobula_core::query::{BuildError, Hit, Mesh, Ray, Scene};
 
-type Triangle = [[f32; 3]; 3];
+/// Positions, and corners of triangles.
+type Indexed = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+/// Geometry, primitive, and corners.
+type Known = (u32, u32, [[f32; 3]; 3]);
 
 /// Meshes of some triangles each, and the same in the order of their ids.
-fn meshes(random: &mut Random) -> (Vec<(Vec<[f32; 3]>, Vec<[u32; 3]>)>, Vec<(u32, u32, Triangle)>) {
+fn meshes(random: &mut Random) -> (Vec<Indexed>, Vec<Known>) {
     let (mut meshes, mut all) = (Vec::new(), Vec::new());
     for geometry in 0..4 {
         let triangles = Shape::Scattered.triangles([0, 40, 1, 25][geometry], 1.0, Vec3::ZERO, random);
@@ -19,7 +22,7 @@ fn meshes(random: &mut Random) -> (Vec<(Vec<[f32; 3]>, Vec<[u32; 3]>)>, Vec<(u32
     (meshes, all)
 }
 
-fn build(meshes: &[(Vec<[f32; 3]>, Vec<[u32; 3]>)]) -> Scene {
+fn build(meshes: &[Indexed]) -> Scene {
     let meshes: Vec<_> = meshes.iter().map(|(positions, indices)| Mesh::new(positions, indices)).collect();
     Scene::build(&meshes).unwrap()
 }

@@ -115,7 +115,7 @@ mod tests {
     fn columns_are_aligned_and_as_long_as_their_packets() {
         for width in [1, 8, 16, 17, 256] {
             let mut column = Column::<f32>::new(width);
-            assert!(column.len() >= width && column.len() % 16 == 0);
+            assert!(column.len() >= width && column.len().is_multiple_of(16));
             assert_eq!(column.as_ptr() as usize % 64, 0);
             column[width - 1] = 1.0;
             assert_eq!(column.iter().sum::<f32>(), 1.0);

@@ -368,6 +368,8 @@ impl Kernel for NodeSingle {
 }
 
 const GUARD: f64 = 1.0 / (1 << 19) as f64;
+/// Sizes of a direction below this share of the greatest count as that: half of what [`Rays::inverse_directions`] says.
+const SHORT: f64 = 1.0 / (1u64 << 41) as f64;
 
 /// How near to its outline a box may be met that is missed, as a fraction of its distance: boxes are widened by
 /// [`PAD`] of the greatest coordinate.
@@ -377,6 +379,12 @@ fn widened(ray: &DraftRay, low: [f32; 3], high: [f32; 3], scale: f32) -> f64 {
         let origin = f64::from(origin);
         far = far.max(origin.abs());
         away = away.max((f64::from(low[axis]) - origin).abs()).max((f64::from(high[axis]) - origin).abs());
+    }
+    // Where products overflow, streams and single rays pass over the axis: see `padded_origin`.
+    let slowest = ray.direction.iter().fold(f64::INFINITY, |s, d| s.min(f64::from(d.abs())));
+    let fastest = ray.direction.iter().fold(0.0f64, |f, d| f.max(f64::from(d.abs())));
+    if 8.0 * far / slowest.max(fastest * SHORT) > f64::from(f32::MAX) {
+        return f64::INFINITY;
     }
     4.0 * f64::from(PAD) * (1.0 + far / away)
 }

@@ -46,7 +46,7 @@ impl Kernel for Inverse {
 
     #[inline(always)]
     fn reset<const N: usize>(work: &mut Work<(), N>) {
-        work.rays.forget(Properties::HAVE_INVERSE_DIRECTIONS | Properties::HAVE_SIGNS | Properties::CONSTANT_SIGNS);
+        work.rays.forget(Properties::HAVE_INVERSE_DIRECTIONS | Properties::CONSTANT_SIGNS);
     }
 
     #[inline(always)]
@@ -119,7 +119,7 @@ impl Kernel for Shears {
 
     #[inline(always)]
     fn reset<const N: usize>(work: &mut Work<(), N>) {
-        work.rays.forget(Properties::HAVE_SHEARS | Properties::CONSTANT_AXIS);
+        work.rays.forget(Properties::HAVE_SHEARS);
     }
 
     #[inline(always)]
