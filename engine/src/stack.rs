@@ -14,7 +14,7 @@ use mobula_core::simd::AnyToken;
 use mobula_core::sink::OPAQUE;
 use mobula_core::traverse::Paths;
 
-use crate::geometry::{Depths, Geometries};
+use crate::geometry::{Geometries, Translucent};
 use crate::image::FrameBuffer;
 use crate::packet::{AnyHitPacket, Column, Columns3, Packet, SubPacket, columns3, optical_depth};
 use crate::pipeline::fault::scope;
@@ -200,8 +200,8 @@ pub struct Materials {
     scopes: Vec<String>,
     /// How deep their surfaces are for light that wants through.
     depths: Vec<u32>,
-    /// Does any let light through?
-    transparent: bool,
+    /// The indices of those that let light through.
+    transparent: Vec<u32>,
 }
 
 impl Materials {
@@ -213,8 +213,7 @@ impl Materials {
         assert!(!list.is_empty(), "there is a default material");
         let scopes = list.iter().map(|named| format!("material {}", named.name)).collect();
         let depths: Vec<u32> = list.iter().map(|named| optical_depth(named.material.opacity())).collect();
-        let transparent = depths.iter().any(|&depth| depth < OPAQUE);
-        Self { list, scopes, depths, transparent }
+        Self { list, scopes, transparent: transparent(&depths), depths }
     }
 
     /// The index of the default material.
@@ -236,7 +235,7 @@ impl Materials {
     pub fn set(&mut self, index: u32, material: Arc<dyn Material>) {
         if let Some(place) = self.list.get_mut(index as usize) {
             self.depths[index as usize] = optical_depth(material.opacity());
-            self.transparent = self.depths.iter().any(|&depth| depth < OPAQUE);
+            self.transparent = transparent(&self.depths);
             place.material = material;
         }
     }
@@ -244,6 +243,11 @@ impl Materials {
     fn depth(&self, index: u32) -> u32 {
         self.depths[index.min(self.last()) as usize]
     }
+}
+
+/// The indices of depths that let light through.
+fn transparent(depths: &[u32]) -> Vec<u32> {
+    (0..).zip(depths).filter(|(_, depth)| **depth < OPAQUE).map(|(index, _)| index).collect()
 }
 
 /// All that rays meet: geometry, materials, lights, background. Any of it may be replaced between frames.
@@ -287,8 +291,8 @@ impl Scene {
             let all = self.geometry.get(geometry).materials(&[primitive], &mut material);
             self.materials.depth(all.unwrap_or(material[0]))
         };
-        let depths: Option<&Depths<'_>> = if self.materials.transparent { Some(&depth) } else { None };
-        let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, depths));
+        let light = Translucent { materials: &self.materials.transparent, last: self.materials.last(), depths: &depth };
+        let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, &light));
         context.statistics.count_paths(paths);
     }
 

@@ -49,6 +49,24 @@ fn picture(pipeline: &mut Pipeline<State>) -> Vec<u8> {
     pipeline.picture(0).expect("a picture").1.to_rgba8()
 }
 
+/// Renders a frame, sends a transaction, renders another one: its picture.
+fn picture_after(
+    pipeline: &mut Pipeline<State>,
+    name: &'static str,
+    make: impl FnOnce(&mut State) + Send + 'static,
+) -> Vec<u8> {
+    let (sender, tickets) = std::sync::mpsc::channel();
+    let (handle, next) = (pipeline.handle(), pipeline.picture(0).map_or(0, |(frame, _)| frame + 1));
+    pipeline.callbacks().at_frame("sender", next, move |_| {
+        sender.send(handle.send(name, make)).expect("the test listens");
+    });
+    pipeline.run(2).expect("nothing fails");
+    let changed = tickets.recv().expect("it was sent").wait().expect("it was carried out");
+    let (frame, picture) = pipeline.picture(0).expect("a picture");
+    assert_eq!((changed, frame), (next + 1, next + 1), "{name}: it is in the next frame");
+    picture.to_rgba8()
+}
+
 /// A change as a transaction makes it, and an engine that was built that way.
 struct Change {
     name: &'static str,
@@ -132,8 +150,7 @@ fn every_change_is_in_the_next_frame() {
     for change in CHANGES {
         let mut changed = app::pipeline(&description(), &settings()).expect("a small scene");
         let before = picture(&mut changed);
-        changed.handle().send(change.name, change.make);
-        let after = picture(&mut changed);
+        let after = picture_after(&mut changed, change.name, change.make);
         assert!(before != after, "{}: nothing to be seen", change.name);
 
         let (mut scene, mut settings) = (description(), settings());
@@ -148,8 +165,8 @@ fn a_change_of_the_packet_width_is_not_to_be_seen() {
     let mut pipeline = app::pipeline(&description(), &settings()).expect("a small scene");
     let before = picture(&mut pipeline);
     for &width in app::PacketWidth::ALL {
-        pipeline.handle().send("width", move |state: &mut State| state.stack.width = width);
-        assert!(before == picture(&mut pipeline), "packets of {width}");
+        let after = picture_after(&mut pipeline, "width", move |state| state.stack.width = width);
+        assert!(before == after, "packets of {width}");
         assert_eq!(pipeline.state().stack.width, width);
     }
 }

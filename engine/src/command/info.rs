@@ -44,7 +44,7 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
         return Ok(());
     }
     let mut text = format!("{}\n", options.file.display());
-    let mut line = |name: &str, value: String| text.push_str(&format!("  {name:<34}{value}\n"));
+    let mut line = |name: &str, value: String| text.push_str(&format!("  {name:<21} {value}\n"));
     line("format", report.format.to_owned());
     if let Some([low, high]) = report.bounds() {
         let corner = |c: [f32; 3]| format!("({}, {}, {})", c[0], c[1], c[2]);

@@ -41,7 +41,8 @@ pub(crate) fn run() -> ExitCode {
         #[cfg(feature = "window")]
         None => view::view_or_render(&cli.options),
         #[cfg(not(feature = "window"))]
-        None => render::render_default(&cli.options),
+        None => render::render_default(&cli.options)
+            .inspect(|()| eprintln!("mobula: it was built without a window: that is why it is a picture")),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

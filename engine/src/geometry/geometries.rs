@@ -11,13 +11,12 @@ use std::sync::Arc;
 use glam::Vec3;
 use mobula_core::NO_HIT;
 use mobula_core::simd::AnyToken;
-use mobula_core::sink::Opacity;
 use mobula_core::traverse::Paths;
 
-use super::{Census, Geometry, Structure};
+use super::group::{Group, Member, Translucent, materials_of};
+use super::{Census, Geometry};
 use crate::accel::AccelerationKind;
-use crate::packet::{AnyHitPacket, Column, Found, Packet, Run};
-use crate::scratch::lend;
+use crate::packet::{AnyHitPacket, Found, Packet, Run};
 
 /// A scene cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -40,24 +39,6 @@ pub struct Geometries {
     census: Census,
     /// The place of each geometry's first primitive among all, in the order of the structures.
     places: Vec<u64>,
-}
-
-/// A structure and the geometries in it.
-#[derive(Debug)]
-struct Group {
-    structure: Box<dyn Structure>,
-    /// By rising number, which is by rising id.
-    members: Vec<Member>,
-    /// For each geometry of the scene: how many ids stand for lower pairs than any hit of it that is in another structure.
-    below: Vec<u32>,
-}
-
-/// A geometry in a structure: the ids `first..first + count`.
-#[derive(Clone, Copy, Debug)]
-struct Member {
-    geometry: u32,
-    first: u32,
-    count: u32,
 }
 
 /// The most ids in a structure: the last number is "no hit".
@@ -89,7 +70,8 @@ impl Geometries {
             let members: Vec<Member> = numbers.iter().map(member).collect();
             let below = |number: u32| members.iter().filter(|m| m.geometry < number).map(|m| m.count).sum();
             let below = (0..list.len() as u32).map(below).collect();
-            groups.push(Group { structure, members, below });
+            let materials = materials_of(numbers.iter().map(|&number| &*list[number]));
+            groups.push(Group { structure, members, materials, below });
         }
         Ok(Self { list, groups, census, places })
     }
@@ -130,7 +112,7 @@ impl Geometries {
     }
 
     /// Replaces the geometries by others whose primitives are the same, at other places, and
-    /// [refits](Structure::refit) the structures: what animation calls before a frame.
+    /// [refits](super::Structure::refit) the structures: what animation calls before a frame.
     ///
     /// # Errors
     /// [`NeedsRebuild`] if the primitives are not the same; then nothing has changed.
@@ -152,6 +134,7 @@ impl Geometries {
         for group in &mut self.groups {
             let members = members(group);
             group.structure.refit(&members);
+            group.materials = materials_of(members.iter().map(|member| &**member));
         }
         self.census = Census::default();
         list.iter().for_each(|geometry| self.census.merge(&geometry.census()));
@@ -173,14 +156,15 @@ impl Geometries {
         paths
     }
 
-    /// Finds which rays hit anything. With `depths`, primitives may let light through: it says how
-    /// [deep](crate::packet::optical_depth) each is, by geometry and primitive.
-    pub fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket, depths: Option<&Depths<'_>>) -> Paths {
+    /// Finds which rays hit anything, and how much light gets through primitives that are not opaque.
+    pub fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket, light: &Translucent<'_>) -> Paths {
         let mut paths = Paths::default();
-        for group in self.groups.iter().filter(|group| group.structure.primitives() > 0) {
-            let through = depths.map(|depths| Through { group, depths });
-            let opacity = through.as_ref().map(|through| through as &dyn Opacity);
-            paths += packet.occlude(token, &*group.structure, opacity);
+        // What is opaque as a whole comes first: the rays that it stops need not be looked at any further.
+        for transparent in [false, true] {
+            let all = self.groups.iter().filter(|group| group.structure.primitives() > 0);
+            for group in all.filter(|group| group.lets_through(light) == transparent) {
+                paths += group.occlude(token, packet, light);
+            }
         }
         paths
     }
@@ -215,60 +199,6 @@ impl Geometries {
     }
 }
 
-impl Group {
-    /// The geometry and the primitive of an id. `near` is where to look first: the place of the last one.
-    #[inline(always)]
-    fn pair(&self, id: u32, near: &mut usize) -> (u32, u32) {
-        let holds = |member: &Member| id.wrapping_sub(member.first) < member.count;
-        if !self.members.get(*near).is_some_and(holds) {
-            *near = self.members.partition_point(|member| member.first <= id) - 1;
-        }
-        let member = self.members[*near];
-        (member.geometry, id - member.first)
-    }
-
-    /// Notes what the ids that this structure found stand for.
-    fn resolve(&self, found: &mut Found<'_>) {
-        if let [only] = self.members[..] {
-            found.primitives.copy_from_slice(found.ids);
-            for (geometry, &id) in found.geometries.iter_mut().zip(found.ids) {
-                *geometry = if id == NO_HIT { NO_HIT } else { only.geometry };
-            }
-            return;
-        }
-        let mut near = 0;
-        let rows = found.geometries.iter_mut().zip(found.primitives.iter_mut()).zip(found.ids);
-        for ((geometry, primitive), &id) in rows {
-            *geometry = NO_HIT;
-            if id != NO_HIT {
-                (*geometry, *primitive) = self.pair(id, &mut near);
-            }
-        }
-    }
-
-    /// Lets rays that may have hits in other structures meet this one.
-    fn intersect_further(&self, token: AnyToken, packet: &mut Packet) -> Paths {
-        let mut ids = lend::<Column<u32>>(packet.width());
-        let mut distances = lend::<Column<f32>>(packet.width());
-        let found = packet.found();
-        let count = found.t.len();
-        distances[..count].copy_from_slice(found.t);
-        for (id, &geometry) in ids.iter_mut().zip(found.geometries.iter()) {
-            *id = self.below.get(geometry as usize).copied().unwrap_or(NO_HIT);
-        }
-        let paths = packet.intersect_further(token, &*self.structure, &ids);
-        let found = packet.found();
-        let mut near = 0;
-        for i in 0..count {
-            // A new hit is nearer, or has a lower id than was set.
-            if found.ids[i] != ids[i] || found.t[i] < distances[i] {
-                (found.geometries[i], found.primitives[i]) = self.pair(found.ids[i], &mut near);
-            }
-        }
-        paths
-    }
-}
-
 /// Which geometries are in a structure together, by number. Those without primitives are in none.
 fn share(list: &[Arc<dyn Geometry>]) -> Result<Vec<Vec<usize>>, SceneError> {
     let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
@@ -294,22 +224,6 @@ fn share(list: &[Arc<dyn Geometry>]) -> Result<Vec<Vec<usize>>, SceneError> {
         }
     }
     Ok(groups.into_iter().map(|(_, members)| members).collect())
-}
-
-/// The optical depths of primitives, by geometry and primitive.
-pub type Depths<'a> = dyn Fn(u32, u32) -> u32 + Sync + 'a;
-
-/// The optical depths of primitives, by their ids in a structure.
-struct Through<'a> {
-    group: &'a Group,
-    depths: &'a Depths<'a>,
-}
-
-impl Opacity for Through<'_> {
-    fn depth(&self, _ray: usize, primitive: u32, _t: f32) -> u32 {
-        let (geometry, primitive) = self.group.pair(primitive, &mut 0);
-        (self.depths)(geometry, primitive)
-    }
 }
 
 /// How many of the first values are alike.
@@ -393,6 +307,22 @@ mod tests {
         assert_eq!(packet.runs(), expected.map(|(rays, hit)| Run { rays, hit }));
         assert_eq!(packet.primitives()[10..40], [[0; 20].as_slice(), &[1; 10]].concat());
         assert_eq!([geometries.place(0, 1), geometries.place(1, 0)], [1, 2]);
+    }
+
+    #[test]
+    fn structures_know_their_materials() {
+        let geometries = build(vec![square(0.0, vec![2, 9]), sphere(1.0), square(1.0, vec![])]);
+        let materials: Vec<_> = geometries.groups.iter().map(|group| &group.materials[..]).collect();
+        assert_eq!(materials, [&[2, 3, 9][..], &[7]]);
+        let lets_through = |materials: &[u32], last| {
+            let light = Translucent { materials, last, depths: &|_, _| 0 };
+            geometries.groups.iter().map(|group| group.lets_through(&light)).collect::<Vec<_>>()
+        };
+        assert_eq!(lets_through(&[], 20), [false, false]);
+        assert_eq!(lets_through(&[0, 7], 20), [false, true]);
+        assert_eq!(lets_through(&[3], 20), [true, false]);
+        assert_eq!(lets_through(&[8], 8), [true, false], "9 is above the last one, and so means it");
+        assert_eq!(lets_through(&[5], 5), [true, true], "all above the last one mean it");
     }
 
     #[test]

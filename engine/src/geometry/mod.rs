@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `table` | the kinds that there are, with an example of each |
 //! | `geometries` | all geometry of a scene under one top-level structure |
+//! | `group` | a structure and the geometries in it |
 //! | `mesh`, `triangle` | triangles with shared corners; the surface of one |
 //! | `spheres` | spheres: particles, atoms |
 //! | `tree` | geometries of one kind in one bounding volume hierarchy |
@@ -14,6 +15,7 @@
 
 mod census;
 mod geometries;
+mod group;
 mod kind;
 mod mesh;
 mod spheres;
@@ -22,7 +24,8 @@ mod tree;
 mod triangle;
 
 pub use census::{Census, Item, Role};
-pub use geometries::{Depths, Geometries, NeedsRebuild, SceneError};
+pub use geometries::{Geometries, NeedsRebuild, SceneError};
+pub use group::{Depths, Translucent};
 pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};
 pub use spheres::Spheres;

@@ -39,15 +39,25 @@ static CURVE: [[u32; 2]; (LARGEST * LARGEST) as usize] = {
 /// outside the fragment is left out. So a piece of 4, 16, 64, 256 pixels is a square, one of 2, 8, 32, 128 a rectangle
 /// twice as wide as high, both clipped at the border: still a rectangle. Any other number gives consecutive pixels of the
 /// curve, which is compact, but not a rectangle.
-pub fn for_each_piece(fragment: Fragment, piece: usize, mut f: impl FnMut(&[[u32; 2]])) {
+pub fn for_each_piece(fragment: Fragment, piece: usize, f: impl FnMut(&[[u32; 2]])) {
+    // A small buffer is cleared in no time.
+    match piece {
+        0..=64 => pieces::<64>(fragment, piece, f),
+        65..=256 => pieces::<256>(fragment, piece, f),
+        _ => pieces::<{ CURVE.len() }>(fragment, piece, f),
+    }
+}
+
+/// As [`for_each_piece`], of pieces of up to `MOST` pixels.
+fn pieces<const MOST: usize>(fragment: Fragment, piece: usize, mut f: impl FnMut(&[[u32; 2]])) {
     let step = fragment.step.max(1);
     let width = fragment.x1.saturating_sub(fragment.x0).div_ceil(step) as u32;
     let height = fragment.y1.saturating_sub(fragment.y0).div_ceil(step) as u32;
     let (x0, y0, step) = (fragment.x0 as u32, fragment.y0 as u32, step as u32);
-    let piece = piece.clamp(1, CURVE.len()) as u32;
+    let piece = piece.clamp(1, MOST) as u32;
     let bits = piece.next_power_of_two().trailing_zeros();
     let side = width.min(height).clamp(1, LARGEST).next_power_of_two().max(1 << bits.div_ceil(2));
-    let mut pixels = [[0; 2]; CURVE.len()];
+    let mut pixels = [[0; 2]; MOST];
     for y in (0..height).step_by(side as usize) {
         for x in (0..width).step_by(side as usize) {
             let inside = x + side <= width && y + side <= height;
