@@ -184,7 +184,7 @@ fn compare(token: AnyToken) {
         token.run(Compare { rays: &mut rays, corners: &corners, counts });
         assert_eq!(counts.lost, 0, "{token:?}, seed {seed}: rays were dismissed that hit one of {corners:?}");
     }
-    assert!(blurred.found > 10_000 && clear.found > 10_000, "{blurred:?} {clear:?}");
+    assert!(blurred.found > 10_000 && clear.found > 5_000, "{blurred:?} {clear:?}");
     // Rays at edges and corners may be off by rounding either way; most groups here are aimed at them; others are told apart.
     assert!(clear.kept - clear.found < (clear.tested - clear.found) / 4, "{clear:?}");
 }

@@ -14,9 +14,9 @@ pub struct Flat {
 }
 
 impl Default for Flat {
-    /// White.
+    /// A light grey, which is seen before black and before white.
     fn default() -> Self {
-        Self { color: Vec3::ONE }
+        Self { color: Vec3::splat(0.7) }
     }
 }
 
