@@ -91,11 +91,10 @@ impl<const N: usize> Rays<N> {
         (self.begin, self.end) = (range.start, range.end);
     }
 
-    /// A copy of the `W` rays from `at`, with all that was derived from them; the active ones of them are active.
+    /// Copies the `W` rays from `at`, with all that was derived from them; the active ones of them are active.
     #[inline(always)]
-    pub(crate) fn section<const W: usize>(&self, at: usize) -> Rays<W> {
+    pub(crate) fn section<const W: usize>(&self, at: usize, copy: &mut Rays<W>) {
         let rows = W.min(N - at);
-        let mut copy = Rays::<W>::default();
         for axis in 0..3 {
             copy_rows(&self.origin[axis], at, rows, &mut copy.origin[axis]);
             copy_rows(&self.direction[axis], at, rows, &mut copy.direction[axis]);
@@ -107,7 +106,6 @@ impl<const N: usize> Rays<N> {
         copy_rows(&self.axis, at, rows, &mut copy.axis);
         (copy.begin, copy.end) = (self.begin.clamp(at, at + rows) - at, self.end.clamp(at, at + rows) - at);
         copy.properties = self.properties;
-        copy
     }
 
     /// What is known of all rays.
@@ -383,7 +381,11 @@ fn copy_rows<T: Copy, const N: usize, const W: usize>(
     rows: usize,
     to: &mut Column<T, W>,
 ) {
-    to[..rows].copy_from_slice(&from[at..at + rows]);
+    match from[at..].first_chunk() {
+        // Of a length that is known.
+        Some(all) => to.0 = *all,
+        None => to[..rows].copy_from_slice(&from[at..at + rows]),
+    }
 }
 
 /// Row `i` of three columns.

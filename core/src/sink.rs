@@ -42,8 +42,8 @@ pub trait Sink<const N: usize> {
     /// For copies of the rays from `at`.
     fn section<const W: usize>(&mut self, at: usize) -> Self::Section<'_, W>;
 
-    /// Takes the far end and the id of ray `i` from its copy.
-    fn merge(&mut self, rays: &mut Rays<N>, i: usize, t_max: f32, id: u32);
+    /// Takes the far ends and the ids of the lanes `mask` of the rays from `at` from their copies.
+    fn merge<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, mask: T::Mask, t_max: T::F32, ids: T::I32);
 }
 
 impl<const N: usize> Sink<N> for Hits<N> {
@@ -89,9 +89,9 @@ impl<const N: usize> Sink<N> for Hits<N> {
     }
 
     #[inline(always)]
-    fn merge(&mut self, rays: &mut Rays<N>, i: usize, t_max: f32, id: u32) {
-        rays.t_max[i] = t_max;
-        self.primitive[i] = id;
+    fn merge<T: Token>(&mut self, _token: T, rays: &mut Rays<N>, at: usize, mask: T::Mask, t_max: T::F32, ids: T::I32) {
+        t_max.store_masked(&mut rays.t_max[..], at, mask);
+        ids.store_masked(&mut self.primitive[..], at, mask);
     }
 }
 
@@ -186,8 +186,16 @@ impl<const N: usize> Sink<N> for AnyHit<'_> {
     }
 
     #[inline(always)]
-    fn merge(&mut self, rays: &mut Rays<N>, i: usize, t_max: f32, _id: u32) {
-        rays.t_max[i] = t_max;
+    fn merge<T: Token>(
+        &mut self,
+        _token: T,
+        rays: &mut Rays<N>,
+        at: usize,
+        mask: T::Mask,
+        t_max: T::F32,
+        _ids: T::I32,
+    ) {
+        t_max.store_masked(&mut rays.t_max[..], at, mask);
     }
 }
 

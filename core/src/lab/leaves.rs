@@ -223,9 +223,10 @@ fn stream<T: Token, const N: usize, B: Block, S: Sink<N>>(
     rays: &mut Rays<N>,
     sink: &mut S,
     from: usize,
-    mut active: u64,
+    active: u64,
 ) {
-    let mut copies = rays.section::<64>(from);
+    let mut copies = Rays::<64>::default();
+    rays.section(from, &mut copies);
     let mut section = sink.section::<64>(from);
     token.run(LeafStream { blocks, rays: &mut copies, sink: &mut section, active });
     let mut ids = [0; 64];
@@ -233,10 +234,12 @@ fn stream<T: Token, const N: usize, B: Block, S: Sink<N>>(
         *id = section.id(i);
     }
     drop(section);
-    while active != 0 {
-        let i = active.trailing_zeros() as usize;
-        active &= active - 1;
-        sink.merge(rays, from + i, copies.t_max[i], ids[i]);
+    let mut lane = 0;
+    while lane < 64 {
+        let mask = token.mask((active >> lane) as u32);
+        let (t_max, ids) = (token.load(&copies.t_max[..], lane), token.load_u32(&ids, lane));
+        sink.merge(token, rays, from + lane, mask, t_max, ids);
+        lane += T::LANES;
     }
 }
 

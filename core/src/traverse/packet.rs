@@ -61,59 +61,62 @@ pub(super) fn traverse<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
     };
     if others != 0 {
         rays.inverse_directions(token);
-        let mut at = range.start / STREAM * STREAM;
-        while at < range.end {
-            let (mut active, mut lane) = (0, 0);
-            while lane < STREAM && at + lane < range.end {
-                if others >> ((at + lane) / group_size(N)) & 1 != 0 {
-                    active |= u64::from(rays.active(token, at + lane).bits()) << lane;
-                }
-                lane += T::LANES;
-            }
-            if active != 0 {
-                paths.single += u64::from(active.count_ones());
-                // A narrow packet would test lanes that it does not have.
-                if N <= 16 {
-                    stream::<T, N, 16, L, S>(token, bvh, rays, sink, at, active, roots, &mut stack);
-                } else {
-                    stream::<T, N, STREAM, L, S>(token, bvh, rays, sink, at, active, roots, &mut stack);
-                }
-            }
-            at += STREAM;
-        }
+        // A narrow packet would test lanes that it does not have.
+        paths.single = if N <= 16 {
+            streams::<T, N, 16, L, S>(token, bvh, rays, sink, others, roots, &mut stack)
+        } else {
+            streams::<T, N, STREAM, L, S>(token, bvh, rays, sink, others, roots, &mut stack)
+        };
     }
     paths
 }
 
-/// Traces the rays `active`, a bit each, of the `W` from `at`.
+/// Traces the rays of some groups as streams of `W`, which are copied out of the packet; says how many rays that are.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "a tree, rays, where hits go, and a stack")]
-fn stream<T: Token, const N: usize, const W: usize, L: Leaf, S: Sink<N>>(
+fn streams<T: Token, const N: usize, const W: usize, L: Leaf, S: Sink<N>>(
     token: T,
     bvh: &WideBvh<L>,
     rays: &mut Rays<N>,
     sink: &mut S,
-    at: usize,
-    active: u64,
+    groups: u32,
     roots: Roots,
     stack: &mut [Entry; STACK],
-) {
-    let mut copies = rays.section::<W>(at);
-    let mut section = sink.section::<W>(at);
-    token.run(TraceStream { bvh, rays: &mut copies, sink: &mut section, active, roots, stack });
-    let mut ids = [0; W];
-    if !S::ANY {
-        for (i, id) in ids.iter_mut().enumerate() {
-            *id = section.id(i);
+) -> u64 {
+    let range = rays.range();
+    let mut copies = Rays::<W>::default();
+    let mut traced = 0;
+    let mut at = range.start / W * W;
+    while at < range.end {
+        let (mut active, mut lane) = (0, 0);
+        while lane < W && at + lane < range.end {
+            if groups >> ((at + lane) / group_size(N)) & 1 != 0 {
+                active |= u64::from(rays.active(token, at + lane).bits()) << lane;
+            }
+            lane += T::LANES;
         }
+        if active != 0 {
+            traced += u64::from(active.count_ones());
+            rays.section(at, &mut copies);
+            let mut section = sink.section::<W>(at);
+            token.run(TraceStream { bvh, rays: &mut copies, sink: &mut section, active, roots, stack });
+            let mut ids = [0; W];
+            if !S::ANY {
+                for (i, id) in ids.iter_mut().enumerate() {
+                    *id = section.id(i);
+                }
+            }
+            drop(section);
+            let mut lane = 0;
+            while lane < W {
+                let mask = token.mask((active >> lane) as u32);
+                let (t_max, ids) = (token.load(&copies.t_max[..], lane), token.load_u32(&ids, lane));
+                sink.merge(token, rays, at + lane, mask, t_max, ids);
+                lane += T::LANES;
+            }
+        }
+        at += W;
     }
-    drop(section);
-    let mut left = active;
-    while left != 0 {
-        let i = left.trailing_zeros() as usize % W;
-        left &= left - 1;
-        sink.merge(rays, at + i, copies.t_max[i], ids[i]);
-    }
+    traced
 }
 
 /// Traces the groups that have something in common; returns the others.

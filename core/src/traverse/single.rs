@@ -3,8 +3,10 @@
 use mobula_simd::{Task, Token};
 
 use super::stack::{Entry, Met};
+use crate::Rays;
 use crate::bvh::{Child, Node, STACK, WideBvh};
 use crate::kernel::single::{OneRay, SingleRay};
+use crate::kernel::stream::Stream;
 use crate::leaf::Leaf;
 use crate::sink::{Found, SingleHit};
 
@@ -25,11 +27,47 @@ impl<L: Leaf, const ANY: bool> Task for TraceSingle<'_, L, ANY> {
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Found {
         let Self { bvh, ray, hit, child, stack, base } = self;
-        let token = token.narrow();
-        let mut walk = SingleWalk::<_, _, ANY> { token, bvh, ray: SingleRay::new(token, &ray), hit };
-        walk.down(child, stack, base);
-        walk.hit.found
+        trace::<T, L, ANY>(token, bvh, &ray, hit, child, stack, base)
     }
+}
+
+/// The same for ray `i` of a stream, which is read where it is: to hand it over by value would cost more than its first node.
+pub(super) struct TraceOfStream<'a, const W: usize, L, const ANY: bool> {
+    pub(super) bvh: &'a WideBvh<L>,
+    pub(super) rays: &'a Rays<W>,
+    pub(super) stream: &'a Stream<W>,
+    pub(super) i: usize,
+    pub(super) hit: SingleHit<'a>,
+    pub(super) child: Child,
+    pub(super) stack: &'a mut [Entry; STACK],
+    pub(super) base: usize,
+}
+
+impl<const W: usize, L: Leaf, const ANY: bool> Task for TraceOfStream<'_, W, L, ANY> {
+    type Output = Found;
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) -> Found {
+        let Self { bvh, rays, stream, i, hit, child, stack, base } = self;
+        let ray = OneRay::of(rays, i, stream.padded_origin(i));
+        trace::<T, L, ANY>(token, bvh, &ray, hit, child, stack, base)
+    }
+}
+
+#[inline(always)]
+fn trace<T: Token, L: Leaf, const ANY: bool>(
+    token: T,
+    bvh: &WideBvh<L>,
+    ray: &OneRay,
+    hit: SingleHit<'_>,
+    child: Child,
+    stack: &mut [Entry; STACK],
+    base: usize,
+) -> Found {
+    let token = token.narrow();
+    let mut walk = SingleWalk::<_, _, ANY> { token, bvh, ray: SingleRay::new(token, ray), hit };
+    walk.down(child, stack, base);
+    walk.hit.found
 }
 
 struct SingleWalk<'a, T: Token, L, const ANY: bool> {

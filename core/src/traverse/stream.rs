@@ -6,10 +6,9 @@
 use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
 
 use super::roots::Roots;
-use super::single::TraceSingle;
+use super::single::TraceOfStream;
 use super::stack::{Entry, Met};
 use crate::bvh::{Node, STACK, WideBvh};
-use crate::kernel::single::OneRay;
 use crate::kernel::stream::Stream;
 use crate::leaf::Leaf;
 use crate::sink::Sink;
@@ -156,16 +155,16 @@ impl<const W: usize, L: Leaf, S: Sink<W>> StreamWalk<'_, W, L, S> {
     /// Traces the few rays of an entry one by one.
     #[inline(always)]
     fn trace_single_rays<T: Token>(&mut self, token: T, entry: Entry, stack: &mut [Entry; STACK], top: usize) {
-        let mut rays = entry.rays;
-        while rays != 0 {
-            let i = rays.trailing_zeros() as usize % W;
-            rays &= rays - 1;
-            let ray = OneRay::of(self.rays, i, self.stream.padded_origin(i));
-            let (bvh, child, hit) = (self.bvh, entry.child, self.sink.single(self.rays, i));
+        let mut left = entry.rays;
+        while left != 0 {
+            let i = left.trailing_zeros() as usize % W;
+            left &= left - 1;
+            let (bvh, rays, stream) = (self.bvh, &*self.rays, &self.stream);
+            let (child, hit, base) = (entry.child, self.sink.single(rays, i), top);
             let found = if S::ANY {
-                token.run(TraceSingle::<_, true> { bvh, ray, hit, child, stack, base: top })
+                token.run(TraceOfStream::<_, _, true> { bvh, rays, stream, i, hit, child, stack, base })
             } else {
-                token.run(TraceSingle::<_, false> { bvh, ray, hit, child, stack, base: top })
+                token.run(TraceOfStream::<_, _, false> { bvh, rays, stream, i, hit, child, stack, base })
             };
             self.sink.set(self.rays, i, found);
         }

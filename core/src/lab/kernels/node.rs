@@ -285,9 +285,9 @@ impl Kernel for NodeStream {
 fn streams<T: Token, const N: usize, const W: usize>(token: T, work: &mut Work<Planes, N>) {
     let Work { rays, primitives, extra, scale, .. } = work;
     let width = extra.len() / primitives.len().max(1) / 8;
-    let mut from = 0;
+    let (mut copies, mut from) = (Rays::<W>::default(), 0);
     while from < N {
-        let copies: Rays<W> = rays.section(from);
+        rays.section(from, &mut copies);
         if !copies.range().is_empty() {
             let stream = Stream::new(token, &copies, *scale);
             for (planes, out) in primitives.iter().zip(extra.chunks_exact_mut(8 * width.max(1))) {
