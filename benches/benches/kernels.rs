@@ -3,11 +3,11 @@
 //! Each case is checked before it is timed.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use mobula_core::lab::{Dice, KERNELS, WIDTHS};
+use mobula_core::lab::{Dice, WIDTHS};
 use mobula_core::simd::AnyToken;
 
 fn kernels(criterion: &mut Criterion) {
-    for kernel in KERNELS {
+    for kernel in mobula::kernels::registry() {
         let mut group = criterion.benchmark_group(format!("{}/{}", kernel.kernel, kernel.case));
         for token in AnyToken::available() {
             for &width in WIDTHS {

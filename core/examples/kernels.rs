@@ -4,6 +4,11 @@
 use mobula_core::lab::{Dice, KERNELS, Plan, WIDTHS, filtered};
 use mobula_core::simd::{AnyToken, Level};
 
+#[cfg(feature = "lab-traversal")]
+mobula_core::traversals! { static TRAVERSALS; }
+#[cfg(not(feature = "lab-traversal"))]
+static TRAVERSALS: &[mobula_core::lab::Entry] = &[];
+
 /// Cases that each kernel is checked on before it is timed.
 const CASES: u64 = 200;
 
@@ -11,7 +16,7 @@ fn main() {
     let (levels, words): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|word| word.parse::<Level>().is_ok());
     let filter = words.first().map_or("", String::as_str);
     println!("{:<42}{:>8}{:>7}{:>14}", "kernel", "level", "width", "cycles/test");
-    for entry in filtered(KERNELS, filter) {
+    for entry in filtered(KERNELS, filter).into_iter().chain(filtered(TRAVERSALS, filter)) {
         for token in AnyToken::available() {
             if !levels.is_empty() && !levels.iter().any(|level| level.parse() == Ok(token.level())) {
                 continue;

@@ -146,6 +146,7 @@ pub struct Scene {
     first: Vec<u32>,
 }
 
+// The methods that trace are `inline`, so that the crates that call them compile the traversals, and this one does not.
 impl Scene {
     /// Builds over some meshes, whose places are the geometry ids of hits. Triangles with a corner that is not finite, or without
     /// area, are left out: no ray hits them.
@@ -202,6 +203,7 @@ impl Scene {
     ///
     /// # Panics
     /// If there are not as many hits as rays.
+    #[inline]
     pub fn intersect(&self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         let mut packet = None;
@@ -224,6 +226,7 @@ impl Scene {
     }
 
     /// Finds the nearest hit of a ray: the same as [`intersect`](Self::intersect) finds.
+    #[inline]
     #[must_use]
     pub fn intersect_one(&self, ray: &Ray) -> Option<Hit> {
         let Ray { origin, direction, t_min, t_max } = *ray;
@@ -235,6 +238,7 @@ impl Scene {
     ///
     /// # Panics
     /// If there are not as many answers as rays.
+    #[inline]
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "as many answers as rays");
         let mut packet = None;
@@ -257,6 +261,7 @@ impl Scene {
     }
 
     /// Does a ray hit anything?
+    #[inline]
     #[must_use]
     pub fn occluded_one(&self, ray: &Ray) -> bool {
         let Ray { origin, direction, t_min, t_max } = *ray;

@@ -1,10 +1,19 @@
 //! Every registered kernel, special case, level and width: equal to its twin bit for bit, to the general path where it
 //! only hoists, to the oracle within its bound; inactive rays untouched. One test a level.
 
-use mobula_core::lab::{Dice, KERNELS, WIDTHS};
+use mobula_core::lab::{Dice, Entry, KERNELS, WIDTHS};
 use mobula_core::simd::{AnyToken, Level};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
+
+#[cfg(feature = "lab-traversal")]
+mobula_core::traversals! { static TRAVERSALS; }
+#[cfg(not(feature = "lab-traversal"))]
+static TRAVERSALS: &[Entry] = &[];
+
+fn kernels() -> impl Iterator<Item = &'static Entry> + Clone {
+    KERNELS.iter().chain(TRAVERSALS)
+}
 
 /// Runs `body` with the tokens of a level: its own, and where it is new the twin.
 fn at(level: Level, body: fn(AnyToken)) {
@@ -18,7 +27,7 @@ fn at(level: Level, body: fn(AnyToken)) {
 fn drawn(token: AnyToken) {
     let cases = std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(24);
     let bytes = prop::collection::vec(any::<u8>(), 0..600);
-    for kernel in KERNELS {
+    for kernel in kernels() {
         for &width in WIDTHS {
             let config = Config { failure_persistence: None, cases, ..Config::default() };
             let outcome = TestRunner::new(config).run(&bytes, |bytes| {
@@ -36,7 +45,7 @@ fn drawn(token: AnyToken) {
 /// Many seeds: longer inputs than bytes make. All that fail are named.
 fn seeded(token: AnyToken) {
     let mut wrong = Vec::new();
-    for kernel in KERNELS {
+    for kernel in kernels() {
         let of_kernel = WIDTHS.iter().enumerate().find_map(|(place, &width)| {
             (0..2048 / width.max(16) as u64).find_map(|seed| {
                 let seed = seed * 16 + place as u64;
@@ -51,7 +60,7 @@ fn seeded(token: AnyToken) {
 
 /// Every begin and end of the active rays, at widths that end within a vector, at its end, and after several.
 fn ranges(token: AnyToken) {
-    for kernel in KERNELS {
+    for kernel in kernels() {
         for &width in WIDTHS.iter().filter(|&&width| width <= 32) {
             if let Err(wrong) = kernel.check_ranges(token, width, width as u64) {
                 panic!("{wrong}");
@@ -88,8 +97,8 @@ at_every_level!(
 
 #[test]
 fn names_are_unique_and_the_first_case_of_a_kernel_is_general() {
-    for (i, entry) in KERNELS.iter().enumerate() {
-        let before = KERNELS[..i].iter().filter(|e| e.kernel == entry.kernel);
+    for (i, entry) in kernels().enumerate() {
+        let before = kernels().take(i).filter(|e| e.kernel == entry.kernel);
         assert!(before.clone().all(|e| e.case != entry.case), "{entry:?} twice");
         assert!(before.count() > 0 || entry.is_general_of(entry), "{entry:?}");
     }

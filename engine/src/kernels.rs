@@ -6,9 +6,17 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use mobula_core::lab::{Entry, KERNELS, Plan, Row, WIDTHS};
+use mobula_core::lab::{Entry, KERNELS, Plan, Row, WIDTHS, filtered};
 use mobula_core::simd::{AnyToken, Level, clock};
 use plotters::prelude::*;
+
+mobula_core::traversals! { static TRAVERSALS; }
+
+/// All kernels, then whole traversals.
+#[must_use]
+pub fn registry() -> Vec<Entry> {
+    [KERNELS, TRAVERSALS].concat()
+}
 
 /// What `mobula kernels` may be told.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -61,14 +69,15 @@ pub struct Measured {
 pub fn measure(options: &Options, each: &mut dyn FnMut(&Measured) -> io::Result<()>) -> io::Result<Vec<Measured>> {
     let plan = Plan { samples: options.samples as usize, ..Plan::default() };
     let per_tick = nanoseconds_per_tick();
-    let mut bench = Bench { plan, rows: BTreeMap::new() };
+    let kernels = registry();
+    let mut bench = Bench { kernels: &kernels, plan, rows: BTreeMap::new() };
     let filter = options.filter.as_deref().unwrap_or("");
     let mut all = Vec::new();
-    for (index, entry) in KERNELS.iter().enumerate() {
+    for (index, entry) in kernels.iter().enumerate() {
         if !format!("{} {}", entry.kernel, entry.case).contains(filter) {
             continue;
         }
-        let general = KERNELS.iter().position(|other| other.is_general_of(entry)).unwrap_or(index);
+        let general = kernels.iter().position(|other| other.is_general_of(entry)).unwrap_or(index);
         for token in AnyToken::available() {
             if !options.level.is_empty() && !options.level.contains(&token.level()) {
                 continue;
@@ -98,8 +107,9 @@ pub fn run(options: &Options, out: &mut dyn Write) -> io::Result<bool> {
         return Err(io::Error::other(unavailable));
     }
     let filter = options.filter.as_deref().unwrap_or("");
-    if !KERNELS.iter().any(|entry| format!("{} {}", entry.kernel, entry.case).contains(filter)) {
-        let mut known: Vec<&str> = KERNELS.iter().map(|entry| entry.kernel).collect();
+    let kernels = registry();
+    if filtered(&kernels, filter).is_empty() {
+        let mut known: Vec<&str> = kernels.iter().map(|entry| entry.kernel).collect();
         known.dedup();
         let text =
             format!("no kernel or special case has {filter:?} in its name; the kernels are {}", known.join(", "));
@@ -130,14 +140,15 @@ pub fn run(options: &Options, out: &mut dyn Write) -> io::Result<bool> {
 }
 
 /// Rows measured so far: those that others are compared to are needed more than once.
-struct Bench {
+struct Bench<'a> {
+    kernels: &'a [Entry],
     plan: Plan,
     rows: BTreeMap<(usize, Level, usize), Row>,
 }
 
-impl Bench {
+impl Bench<'_> {
     fn row(&mut self, index: usize, token: AnyToken, width: usize) -> Row {
-        let measure = || KERNELS[index].measure(token, width, self.plan);
+        let measure = || self.kernels[index].measure(token, width, self.plan);
         self.rows.entry((index, token.level(), width)).or_insert_with(measure).clone()
     }
 }
@@ -283,12 +294,6 @@ impl Chart {
         root.present()?;
         Ok(())
     }
-}
-
-/// Of the registry, for benches.
-#[must_use]
-pub fn registry() -> &'static [Entry] {
-    KERNELS
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ fn wrong_usage_is_2_and_says_what_is_right() {
         (&["--size", "huge"], "WIDTHxHEIGHT"),
         (&["--threads", "0"], "1 to 1024 threads"),
         (&["--frames", "0"], "0 is not in 1.."),
-        (&["--packet", "7"], "packets hold 1, 8, 16, 64 or 256 rays"),
+        (&["--packet", "7"], "packets hold 1, 16, 64 or 256 rays"),
         (&["--isa", "mmx"], "scalar, sse2, avx2, avx512"),
         (&["--renderer", "x"], "raytracer, primary"),
         (&["--balancer", "x"], "work-queue"),

@@ -5,7 +5,7 @@
 
 use std::process::{Command, ExitCode};
 
-use mobula_core::lab::{Entry, KERNELS};
+use mobula_core::lab::Entry;
 use mobula_core::simd::{AnyToken, Level};
 
 /// Kernel and case; each at width 64.
@@ -41,8 +41,8 @@ fn main() -> ExitCode {
     }
 }
 
-fn find(kernel: &str, case: &str) -> Option<&'static Entry> {
-    KERNELS.iter().find(|entry| entry.kernel == kernel && entry.case == case)
+fn find(kernel: &str, case: &str) -> Option<Entry> {
+    mobula::kernels::registry().into_iter().find(|entry| entry.kernel == kernel && entry.case == case)
 }
 
 /// What callgrind watches: a number of passes over the packet.

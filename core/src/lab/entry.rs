@@ -1,46 +1,15 @@
 //! The registry: kernels by name, whatever their type.
 
-use alloc::string::{String, ToString};
+use alloc::boxed::Box;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::any::TypeId;
 use core::fmt;
-use core::marker::PhantomData;
 
-use mobula_simd::{AnyToken, Level, Task, Token, clock};
+use mobula_simd::{AnyToken, Level, clock};
 
-use super::{Dice, Draft, Kernel, Outcome, Work, cases};
-
-/// Compiles kernels for these packet widths.
-macro_rules! widths {
-    ($($width:literal),+) => {
-        /// The packet widths that kernels are compiled for: 64, with the feature `lab-wide` 16 and 256 too,
-        /// and with `lab-widths` every width that they are tested at.
-        pub const WIDTHS: &[usize] = &[$($width),+];
-
-        /// A packet of the width at `place`.
-        fn packet<K: Kernel>(place: usize, draft: &Draft<K::Primitive>) -> alloc::boxed::Box<dyn Bench> {
-            let make = [$(packet_of::<K, $width>),+];
-            make[place](draft)
-        }
-
-        /// Wide enough for all of them.
-        const WIDEST: usize = {
-            let (mut widest, mut at) = (0, 0);
-            while at < WIDTHS.len() {
-                widest = if WIDTHS[at] > widest { WIDTHS[at] } else { widest };
-                at += 1;
-            }
-            widest
-        };
-    };
-}
-
-#[cfg(feature = "lab-widths")]
-widths!(1, 7, 24, 64, 100, 256);
-#[cfg(all(not(feature = "lab-widths"), feature = "lab-wide"))]
-widths!(16, 64, 256);
-#[cfg(not(any(feature = "lab-widths", feature = "lab-wide")))]
-widths!(64);
+use super::table::{Bench, Table, WIDTHS};
+use super::{Dice, Draft, Kernel, Outcome, cases};
 
 /// A registered kernel. Made by [`kernels!`](crate::kernels).
 #[derive(Clone, Copy)]
@@ -116,12 +85,12 @@ pub struct Row {
 impl Entry {
     /// The entry of a kernel.
     pub const fn of<K: Kernel>(kernel: &'static str, case: &'static str) -> Self {
-        Self { kernel, case, lab: &Of::<K>(PhantomData) }
+        Self { kernel, case, lab: const { &Table::of::<K>() } }
     }
 
     /// Is it the path that `other` is a special case of? A general path is its own.
     pub fn is_general_of(&self, other: &Self) -> bool {
-        self.kernel == other.kernel && self.lab.id() == other.lab.general_id()
+        self.kernel == other.kernel && self.lab.id() == other.lab.general()
     }
 
     /// Draws a case and holds the kernel against its one-lane twin (bit for bit), the general path, and the oracle;
@@ -165,7 +134,7 @@ impl Entry {
     ///
     /// # Panics
     /// If `width` is not one of [`WIDTHS`].
-    pub fn prepare(&self, token: AnyToken, width: usize) -> alloc::boxed::Box<dyn FnMut(usize) -> usize> {
+    pub fn prepare(&self, token: AnyToken, width: usize) -> Box<dyn FnMut(usize) -> usize> {
         self.lab.prepare(token, place(width))
     }
 }
@@ -177,157 +146,107 @@ fn place(width: usize) -> usize {
 
 trait Lab: Sync {
     fn id(&self) -> TypeId;
-    fn general_id(&self) -> TypeId;
+    fn general(&self) -> TypeId;
     fn check(&self, token: AnyToken, place: usize, dice: &mut Dice<'_>) -> Result<(), String>;
     fn check_ranges(&self, token: AnyToken, place: usize, seed: u64) -> Result<(), String>;
     fn measure(&self, token: AnyToken, place: usize, plan: Plan) -> (f64, f64, bool);
-    fn prepare(&self, token: AnyToken, place: usize) -> alloc::boxed::Box<dyn FnMut(usize) -> usize>;
+    fn prepare(&self, token: AnyToken, place: usize) -> Box<dyn FnMut(usize) -> usize>;
 }
 
-struct Of<K>(PhantomData<fn() -> K>);
+impl<P> Table<P> {
+    fn run(&self, token: AnyToken, place: usize, draft: &Draft<P>) -> Outcome {
+        let mut packet = (self.packet)(place, draft);
+        packet.run(token, true, 1);
+        packet.outcome()
+    }
 
-/// A packet of some width, ready to run.
-trait Bench {
-    fn run(&mut self, token: AnyToken, derive: bool, repeat: usize);
-    fn outcome(&self) -> Outcome;
-}
-
-/// The kernel, again and again, in the level's region: a function of its own, whose symbol names level, kernel and width.
-struct Passes<'a, K: Kernel, const N: usize> {
-    work: &'a mut Work<K::Primitive, N>,
-    repeat: usize,
-}
-
-impl<K: Kernel, const N: usize> Task for Passes<'_, K, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<T: Token>(self, token: T) {
-        for _ in 0..self.repeat {
-            K::reset(self.work);
-            K::run(token, self.work);
+    fn judge(&self, token: AnyToken, place: usize, draft: &Draft<P>) -> Result<(), String> {
+        let before = (self.packet)(place, draft).outcome();
+        let got = self.run(token, place, draft);
+        let with =
+            |which: &'static str| move |what: String| alloc::format!("{which}: {what} (active rays {:?})", draft.range);
+        got.untouched(&before, &draft.range).map_err(with("an inactive ray was touched"))?;
+        if token.lanes() > 1 {
+            got.equals(&(self.twin)(token, WIDTHS[place], draft)).map_err(with("differs from its twin"))?;
         }
-    }
-}
-
-struct Packet<K: Kernel, const N: usize>(alloc::boxed::Box<Work<K::Primitive, N>>);
-
-impl<K: Kernel, const N: usize> Bench for Packet<K, N> {
-    fn run(&mut self, token: AnyToken, derive: bool, repeat: usize) {
-        if derive {
-            K::derive(token, &mut self.0);
+        let general = (self.general)();
+        if (self.id)() != (general.id)() {
+            let general = general.run(token, place, draft);
+            (self.agrees)(draft, &got, &general).map_err(with("differs from the general path"))?;
         }
-        token.run(Passes::<K, N> { work: &mut self.0, repeat });
-    }
-
-    fn outcome(&self) -> Outcome {
-        self.0.outcome(N)
+        (self.verify)(draft, &got).map_err(with("differs from the oracle"))
     }
 }
 
-fn packet_of<K: Kernel, const N: usize>(draft: &Draft<K::Primitive>) -> alloc::boxed::Box<dyn Bench> {
-    alloc::boxed::Box::new(Packet::<K, N>(Work::new(draft, K::extra(N, draft.primitives.len()))))
-}
-
-/// What the one-lane twin makes of it. It does ray after ray, whatever the width of the packet they are poured into, so it
-/// is compiled for the widest only.
-fn run_twin<K: Kernel>(token: AnyToken, place: usize, draft: &Draft<K::Primitive>) -> Outcome {
-    let mut work = Work::<_, WIDEST>::new(draft, K::extra(WIDTHS[place], draft.primitives.len()));
-    K::derive(token.twin(), &mut work);
-    token.twin().run(Passes::<K, WIDEST> { work: &mut work, repeat: 1 });
-    work.outcome(WIDTHS[place])
-}
-
-fn run<K: Kernel>(token: AnyToken, place: usize, draft: &Draft<K::Primitive>) -> Outcome {
-    let mut packet = packet::<K>(place, draft);
-    packet.run(token, true, 1);
-    packet.outcome()
-}
-
-fn judge<K: Kernel>(token: AnyToken, place: usize, draft: &Draft<K::Primitive>) -> Result<(), String> {
-    let before = packet::<K>(place, draft).outcome();
-    let got = run::<K>(token, place, draft);
-    let with = |which: &'static str| move |what: String| alloc::format!("{which}: {what}");
-    got.untouched(&before, &draft.range).map_err(with("an inactive ray was touched"))?;
-    if token.lanes() > 1 {
-        got.equals(&run_twin::<K>(token, place, draft)).map_err(with("differs from its twin"))?;
-    }
-    if TypeId::of::<K>() != TypeId::of::<K::General>() {
-        let general = run::<K::General>(token, place, draft);
-        K::agrees(draft, &got, &general).map_err(with("differs from the general path"))?;
-    }
-    K::verify(draft, &got).map_err(with("differs from the oracle"))
-}
-
-impl<K: Kernel> Lab for Of<K> {
+impl<P> Lab for Table<P> {
     fn id(&self) -> TypeId {
-        TypeId::of::<K>()
+        (self.id)()
     }
 
-    fn general_id(&self) -> TypeId {
-        TypeId::of::<K::General>()
+    fn general(&self) -> TypeId {
+        ((self.general)().id)()
     }
 
     fn check(&self, token: AnyToken, place: usize, dice: &mut Dice<'_>) -> Result<(), String> {
-        let draft = cases::draw::<K>(dice, WIDTHS[place]);
-        judge::<K>(token, place, &draft).map_err(|what| describe(&what, &draft.range))
+        self.judge(token, place, &cases::draw(self, dice, WIDTHS[place]))
     }
 
     fn check_ranges(&self, token: AnyToken, place: usize, seed: u64) -> Result<(), String> {
-        let mut draft = cases::draw::<K>(&mut Dice::from_seed(seed), WIDTHS[place]);
+        let mut draft = cases::draw(self, &mut Dice::from_seed(seed), WIDTHS[place]);
         for begin in 0..=WIDTHS[place] {
             for end in begin..=WIDTHS[place] {
                 draft.range = begin..end;
-                judge::<K>(token, place, &draft).map_err(|what| describe(&what, &draft.range))?;
+                self.judge(token, place, &draft)?;
             }
         }
         Ok(())
     }
 
     fn measure(&self, token: AnyToken, place: usize, plan: Plan) -> (f64, f64, bool) {
-        let draft = cases::timed::<K>(WIDTHS[place]);
-        let correct = judge::<K>(token, place, &draft).is_ok();
-        let mut packet = packet::<K>(place, &draft);
-        packet.run(token, true, 1);
-        let tests = K::tests(WIDTHS[place], draft.primitives.len()) as f64;
-        let sample = |packet: &mut dyn Bench, repeat: usize| {
-            let start = clock::ticks();
-            packet.run(token, false, repeat);
-            clock::ticks().saturating_sub(start)
-        };
-        let mut repeat = 1;
-        while sample(&mut *packet, repeat) < plan.ticks / 2 && repeat < 1 << 30 {
-            repeat *= 2;
-        }
-        let (mut ticks, mut chain) = (u64::MAX, u64::MAX);
-        for _ in 0..plan.samples {
-            ticks = ticks.min(sample(&mut *packet, repeat));
-            let start = clock::ticks();
-            clock::add_chain(CHAIN);
-            chain = chain.min(clock::ticks().saturating_sub(start));
-        }
-        let ticks = ticks as f64 / (repeat as f64 * tests);
-        (ticks, ticks * CHAIN as f64 / chain.max(1) as f64, correct)
+        let draft = cases::timed(self, WIDTHS[place]);
+        let correct = self.judge(token, place, &draft).is_ok();
+        let tests = (self.tests)(WIDTHS[place], draft.primitives.len());
+        let (ticks, cycles) = time(&mut *(self.packet)(place, &draft), token, tests, plan);
+        (ticks, cycles, correct)
     }
 
-    fn prepare(&self, token: AnyToken, place: usize) -> alloc::boxed::Box<dyn FnMut(usize) -> usize> {
-        let draft = cases::timed::<K>(WIDTHS[place]);
-        let tests = K::tests(WIDTHS[place], draft.primitives.len());
-        let mut packet = packet::<K>(place, &draft);
+    fn prepare(&self, token: AnyToken, place: usize) -> Box<dyn FnMut(usize) -> usize> {
+        let draft = cases::timed(self, WIDTHS[place]);
+        let tests = (self.tests)(WIDTHS[place], draft.primitives.len());
+        let mut packet = (self.packet)(place, &draft);
         packet.run(token, true, 1);
-        alloc::boxed::Box::new(move |times| {
+        Box::new(move |times| {
             packet.run(token, false, times);
             tests * times
         })
     }
 }
 
+/// The least ticks and cycles of the core's clock that a test takes.
+fn time(packet: &mut dyn Bench, token: AnyToken, tests: usize, plan: Plan) -> (f64, f64) {
+    packet.run(token, true, 1);
+    let sample = |packet: &mut dyn Bench, repeat: usize| {
+        let start = clock::ticks();
+        packet.run(token, false, repeat);
+        clock::ticks().saturating_sub(start)
+    };
+    let mut repeat = 1;
+    while sample(packet, repeat) < plan.ticks / 2 && repeat < 1 << 30 {
+        repeat *= 2;
+    }
+    let (mut ticks, mut chain) = (u64::MAX, u64::MAX);
+    for _ in 0..plan.samples {
+        ticks = ticks.min(sample(packet, repeat));
+        let start = clock::ticks();
+        clock::add_chain(CHAIN);
+        chain = chain.min(clock::ticks().saturating_sub(start));
+    }
+    let ticks = ticks as f64 / (repeat as f64 * tests as f64);
+    (ticks, ticks * CHAIN as f64 / chain.max(1) as f64)
+}
+
 /// Additions of the chain that the core's clock is measured with.
 const CHAIN: u64 = 20_000;
-
-fn describe(what: &str, range: &core::ops::Range<usize>) -> String {
-    alloc::format!("{what} (active rays {range:?})").to_string()
-}
 
 /// Of some entries those whose `kernel case` contains `filter`.
 pub fn filtered<'a>(entries: &'a [Entry], filter: &str) -> Vec<&'a Entry> {

@@ -16,7 +16,7 @@ use crate::kernel::single::{OneRay, SingleRay};
 use crate::leaf::{BLOCK, Block, Leaf};
 use crate::oracle::{self, Truth};
 use crate::sink::{AnyHit, Found, SingleHit, Sink};
-use crate::{Properties, Rays};
+use crate::{NO_HIT, Properties, Rays};
 
 /// A block of primitives as the lab knows it.
 pub trait LabBlock: Block + Debug {
@@ -69,31 +69,19 @@ impl<B: LabBlock, const PATH: u8, const HIT: bool, const UNIT: bool> Kernel for 
     }
 
     fn draw(dice: &mut Dice<'_>) -> B {
-        let mut block = B::EMPTY;
-        for place in 0..BLOCK {
-            block.set(place, 0, &B::draw(dice));
-        }
-        block
+        draw(dice)
     }
 
     fn number(blocks: &mut [B]) {
-        for (at, block) in blocks.iter_mut().enumerate() {
-            for place in 0..BLOCK {
-                block.set(place, (at * BLOCK + place) as u32, &block.primitive(place));
-            }
-        }
+        number(blocks);
     }
 
     fn aim(dice: &mut Dice<'_>, block: &B) -> [f32; 3] {
-        let primitive = block.primitive(dice.below(BLOCK));
-        B::aim(dice, &primitive)
+        aim(dice, block)
     }
 
     fn derive<const N: usize>(token: impl Dispatch, work: &mut Work<B, N>) {
-        // The same bits at every level.
-        work.rays.shears(Scalar::new());
-        work.rays.inverse_directions(Scalar::new());
-        work.scale = work.primitives.iter().fold(0.0, |scale, block| block.whole().scale().max(scale));
+        work.derive();
         work.frusta = match PATH {
             COMMON_ORIGIN => work.frusta::<true>(token),
             PACKET | PARALLEL => work.frusta::<false>(token),
@@ -112,25 +100,63 @@ impl<B: LabBlock, const PATH: u8, const HIT: bool, const UNIT: bool> Kernel for 
     }
 
     fn verify(draft: &Draft<B>, outcome: &Outcome) -> Result<(), String> {
-        verify(draft, outcome, HIT == ANY, B::GUARD, |ray| {
-            let of = |block: &B| [0, 1, 2, 3].map(|place| B::truth(&block.primitive(place), ray));
-            draft.primitives.iter().flat_map(of).collect()
-        })
+        verify_blocks(draft, outcome, HIT == ANY)
     }
 
     fn agrees(draft: &Draft<B>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
-        if HIT == CLOSEST {
-            return outcome.answers_equal(general);
-        }
-        for i in draft.range.clone() {
-            // Rays that reach nowhere look as if they had hit.
-            let was_hit = outcome.t_max(i) == f32::NEG_INFINITY && draft.rays[i].t_max != f32::NEG_INFINITY;
-            if was_hit != (general.found(i) != crate::NO_HIT) {
-                return Err(alloc::format!("ray {i}: any hit {was_hit}, nearest {:#x}", general.found(i)));
-            }
-        }
-        Ok(())
+        if HIT == ANY { any_agrees(draft, outcome, general) } else { outcome.answers_equal(general) }
     }
+}
+
+// What does not depend on the special case, once for all of them.
+
+fn draw<B: LabBlock>(dice: &mut Dice<'_>) -> B {
+    let mut block = B::EMPTY;
+    for place in 0..BLOCK {
+        block.set(place, 0, &B::draw(dice));
+    }
+    block
+}
+
+fn number<B: LabBlock>(blocks: &mut [B]) {
+    for (at, block) in blocks.iter_mut().enumerate() {
+        for place in 0..BLOCK {
+            block.set(place, (at * BLOCK + place) as u32, &block.primitive(place));
+        }
+    }
+}
+
+fn aim<B: LabBlock>(dice: &mut Dice<'_>, block: &B) -> [f32; 3] {
+    let primitive = block.primitive(dice.below(BLOCK));
+    B::aim(dice, &primitive)
+}
+
+impl<B: LabBlock, const N: usize> Work<B, N> {
+    /// What all leaves read, the same bits at every level.
+    fn derive(&mut self) {
+        self.rays.shears(Scalar::new());
+        self.rays.inverse_directions(Scalar::new());
+        self.scale = self.primitives.iter().fold(0.0, |scale, block| block.whole().scale().max(scale));
+    }
+}
+
+fn verify_blocks<B: LabBlock>(draft: &Draft<B>, outcome: &Outcome, any: bool) -> Result<(), String> {
+    verify(draft, outcome, any, B::GUARD, |ray| {
+        let of = |block: &B| [0, 1, 2, 3].map(|place| B::truth(&block.primitive(place), ray));
+        draft.primitives.iter().flat_map(of).collect()
+    })
+}
+
+/// Does the search for any hit find one where the general search finds the nearest?
+pub(super) fn any_agrees<P>(draft: &Draft<P>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+    for i in draft.range.clone() {
+        // Rays that reach nowhere look as if they had hit.
+        let was_hit = outcome.t_max(i) == f32::NEG_INFINITY && draft.rays[i].t_max != f32::NEG_INFINITY;
+        if was_hit != (general.found(i) != NO_HIT) {
+            return Err(alloc::format!("ray {i}: any hit {was_hit}, nearest {:#x}", general.found(i)));
+        }
+    }
+    Ok(())
 }
 
 /// All blocks as one leaf.

@@ -14,6 +14,7 @@
 //! | [`register`] | the macro |
 //! | [`entry`] | the registry: checks and measurements of a kernel by name |
 //! | `cases` | the cases of a kernel: drawn, and timed |
+//! | `table` | kernels as values, at the packet widths that are compiled |
 //! | [`leaves`] | kernels that test a leaf, as walks do |
 //! | [`find`] | kernels that ask which primitive each ray hits |
 //! | [`kernel`] | what a kernel tells the lab |
@@ -31,12 +32,14 @@ pub mod kernels;
 pub mod leaves;
 pub mod outcome;
 pub mod register;
+mod table;
 
 pub use dice::{Dice, Style};
 pub use draft::{Draft, DraftRay};
-pub use entry::{Counterexample, Entry, Plan, Row, WIDTHS, filtered};
+pub use entry::{Counterexample, Entry, Plan, Row, filtered};
 pub use find::{ANY, CLOSEST, Find, RayTest};
 pub use kernel::{Kernel, Work};
 pub use kernels::KERNELS;
 pub use leaves::{LabBlock, Leaves};
 pub use outcome::Outcome;
+pub use table::WIDTHS;

@@ -1,8 +1,6 @@
 //! One registration a kernel.
 
-/// Registers kernels: makes a slice of [`Entry`](crate::lab::Entry), and a module `probe` with one function per special
-/// case and level at packet width 64, which `cargo asm` finds by name:
-/// `probe::triangle::common_origin::avx512_64`.
+/// Registers kernels: makes a slice of [`Entry`](crate::lab::Entry).
 ///
 /// ```
 /// use mobula_core::lab;

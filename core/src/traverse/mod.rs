@@ -13,5 +13,5 @@ mod stream;
 mod trace;
 
 pub use paths::Paths;
-#[cfg(all(feature = "lab-traversal", not(test)))]
+#[cfg(all(feature = "lab", not(test)))]
 pub(crate) use trace::run;

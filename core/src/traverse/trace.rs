@@ -113,7 +113,7 @@ impl<L: Leaf> WideBvh<L> {
 }
 
 /// A walk at a level that is known already; if `all`, every leaf is tested without the tree.
-#[cfg(all(feature = "lab-traversal", not(test)))]
+#[cfg(all(feature = "lab", not(test)))]
 #[inline(always)]
 pub(crate) fn run<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
     token: T,

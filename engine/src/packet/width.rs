@@ -11,7 +11,6 @@ macro_rules! packet_widths {
     ($macro:ident) => {
         $macro! {
             W1 1 "Single rays.",
-            W8 8 "4 x 2 pixels.",
             W16 16 "4 x 4 pixels.",
             W64 64 "8 x 8 pixels.",
             W256 256 "16 x 16 pixels.",
@@ -55,7 +54,7 @@ impl PacketWidth {
         }
     }
 
-    /// The widths as people read them: "1, 8, 16, 64 or 256".
+    /// The widths as people read them: "1, 16, 64 or 256".
     pub fn list() -> String {
         let numbers: Vec<String> = Self::ALL.iter().map(Self::to_string).collect();
         let (last, others) = numbers.split_last().expect("there are several");
@@ -98,7 +97,7 @@ mod tests {
         assert!(PacketWidth::ALL.is_sorted_by_key(|width| width.rays()));
         for bad in ["", "0", "2", "64 ", "-1", "99999999999999999999"] {
             let message = bad.parse::<PacketWidth>().unwrap_err().to_string();
-            assert!(message.contains("1, 8, 16, 64 or 256"), "{message}");
+            assert!(message.contains("1, 16, 64 or 256"), "{message}");
         }
     }
 }

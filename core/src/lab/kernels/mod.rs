@@ -1,4 +1,5 @@
-//! The kernels of this crate, registered: every test that a walk makes, what precedes it, and whole traversals.
+//! The kernels of this crate, registered: every test that a walk makes, and what precedes it. Whole traversals, which are
+//! the most to compile, are registered by who measures them: [`traversals!`](crate::traversals).
 //!
 //! `iso_cell` is here before its walk: leaves of volumes will call it.
 
@@ -6,7 +7,6 @@ pub mod iso_cell;
 pub mod node;
 pub mod rays;
 pub mod sphere;
-#[cfg(feature = "lab-traversal")]
 pub mod traversal;
 pub mod triangle;
 
@@ -16,8 +16,6 @@ use crate::leaf::{SphereBlock, TriangleBlock};
 use iso_cell::IsoCell;
 use node::{NodeDiverged, NodePacket, NodeSingle, NodeStream};
 use rays::{FrustaSetup, Inverse, Normalize, Shears};
-#[cfg(feature = "lab-traversal")]
-use traversal::Traversal;
 
 crate::kernels! {
     /// All kernels of this crate and their special cases.
@@ -48,18 +46,4 @@ crate::kernels! {
     inverse { general: Inverse }
     normalize { general: Normalize }
     shears { general: Shears }
-    traversal {
-        #[cfg(feature = "lab-traversal")]
-        all: Traversal<{ traversal::INCOHERENT }, CLOSEST, true>,
-        #[cfg(feature = "lab-traversal")]
-        diffuse: Traversal<{ traversal::INCOHERENT }, CLOSEST, false>,
-        #[cfg(feature = "lab-traversal")]
-        ambient_occlusion: Traversal<{ traversal::INCOHERENT }, ANY, false>,
-        #[cfg(feature = "lab-traversal")]
-        primary: Traversal<{ traversal::COMMON_ORIGIN }, CLOSEST, false>,
-        #[cfg(feature = "lab-traversal")]
-        shadow: Traversal<{ traversal::COMMON_ORIGIN }, ANY, false>,
-        #[cfg(feature = "lab-traversal")]
-        sun: Traversal<{ traversal::PARALLEL }, ANY, false>,
-    }
 }

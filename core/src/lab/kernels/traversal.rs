@@ -1,6 +1,5 @@
 //! A whole traversal of a small tree, by the kind of rays: what a gain in a kernel is worth where it counts. A test is a ray.
 
-use alloc::format;
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -9,11 +8,11 @@ use mobula_simd::Token;
 
 use crate::bvh::{Bvh, Serial};
 use crate::lab::find::{ANY, CLOSEST, verify};
-use crate::lab::leaves::LabBlock;
+use crate::lab::leaves::{LabBlock, any_agrees};
 use crate::lab::{Dice, Draft, Kernel, Outcome, Style, Work};
 use crate::leaf::TriangleBlock;
 use crate::sink::AnyHit;
-use crate::{NO_HIT, Properties, traverse};
+use crate::{Properties, traverse};
 
 /// Rays from one origin.
 pub const COMMON_ORIGIN: u8 = 0;
@@ -25,6 +24,26 @@ pub const INCOHERENT: u8 = 2;
 /// The traversal, looking for the closest hit or any; `ALL` primitives are tested without the tree.
 #[derive(Debug)]
 pub struct Traversal<const RAYS: u8, const HIT: bool, const ALL: bool>;
+
+/// Registers whole traversals, compiled in the crate that says so: where it traces packets of these widths itself, what is
+/// measured is the code that it runs.
+#[macro_export]
+macro_rules! traversals {
+    ($(#[$meta:meta])* $vis:vis static $name:ident;) => {
+        $crate::kernels! {
+            $(#[$meta])*
+            $vis static $name;
+            traversal {
+                all: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::INCOHERENT }, { $crate::lab::CLOSEST }, true>,
+                diffuse: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::INCOHERENT }, { $crate::lab::CLOSEST }, false>,
+                ambient_occlusion: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::INCOHERENT }, { $crate::lab::ANY }, false>,
+                primary: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::COMMON_ORIGIN }, { $crate::lab::CLOSEST }, false>,
+                shadow: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::COMMON_ORIGIN }, { $crate::lab::ANY }, false>,
+                sun: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::PARALLEL }, { $crate::lab::ANY }, false>,
+            }
+        }
+    };
+}
 
 /// A tree, and what it was built over.
 #[derive(Clone, Debug)]
@@ -132,15 +151,6 @@ impl<const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for Traversal<RAYS
     }
 
     fn agrees(draft: &Draft<Tree>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
-        if HIT == CLOSEST {
-            return outcome.answers_equal(general);
-        }
-        for i in draft.range.clone() {
-            let was_hit = outcome.t_max(i) == f32::NEG_INFINITY && draft.rays[i].t_max != f32::NEG_INFINITY;
-            if was_hit != (general.found(i) != NO_HIT) {
-                return Err(format!("ray {i}: any hit {was_hit}, nearest {:#x}", general.found(i)));
-            }
-        }
-        Ok(())
+        if HIT == ANY { any_agrees(draft, outcome, general) } else { outcome.answers_equal(general) }
     }
 }
