@@ -7,7 +7,7 @@ use mobula_core::lab::{Dice, WIDTHS};
 use mobula_core::simd::AnyToken;
 
 fn kernels(criterion: &mut Criterion) {
-    for kernel in mobula::kernels::registry() {
+    for kernel in mobula_benches::kernels() {
         let mut group = criterion.benchmark_group(format!("{}/{}", kernel.kernel, kernel.case));
         for token in AnyToken::available() {
             for &width in WIDTHS {

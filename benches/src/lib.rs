@@ -9,6 +9,7 @@
 //! | `embree` | Embree's (with the feature `embree`) |
 //! | [`others`] | those of further peers (with the feature `peers`) |
 //! | [`verdict`] | whether two peers found the same |
+//! | [`kernels`] | the kernels of the lab and whole traversals |
 //! | [`report`] | tables and JSON |
 //! | [`clock`] | thread time, cycles, the machine |
 
@@ -22,3 +23,10 @@ pub mod report;
 pub mod scenes;
 pub mod secondary;
 pub mod verdict;
+
+mobula_core::traversals! { static TRAVERSALS; }
+
+/// All kernels of the lab, then whole traversals.
+pub fn kernels() -> Vec<mobula_core::lab::Entry> {
+    [mobula_core::lab::KERNELS, TRAVERSALS].concat()
+}

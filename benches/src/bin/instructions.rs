@@ -42,7 +42,7 @@ fn main() -> ExitCode {
 }
 
 fn find(kernel: &str, case: &str) -> Option<Entry> {
-    mobula::kernels::registry().into_iter().find(|entry| entry.kernel == kernel && entry.case == case)
+    mobula_benches::kernels().into_iter().find(|entry| entry.kernel == kernel && entry.case == case)
 }
 
 /// What callgrind watches: a number of passes over the packet.
