@@ -5,7 +5,7 @@ use mobula_core::lab::{Dice, KERNELS, Plan, WIDTHS, filtered};
 use mobula_core::simd::{AnyToken, Level};
 
 #[cfg(feature = "lab-traversal")]
-mobula_core::traversals! { static TRAVERSALS; }
+use mobula_core::lab::TRAVERSALS;
 #[cfg(not(feature = "lab-traversal"))]
 static TRAVERSALS: &[mobula_core::lab::Entry] = &[];
 

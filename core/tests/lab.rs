@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 #[cfg(feature = "lab-traversal")]
-mobula_core::traversals! { static TRAVERSALS; }
+use mobula_core::lab::TRAVERSALS;
 #[cfg(not(feature = "lab-traversal"))]
 static TRAVERSALS: &[Entry] = &[];
 

@@ -19,7 +19,7 @@ use crate::sink::{AnyHit, Found, SingleHit, Sink};
 use crate::{NO_HIT, Properties, Rays};
 
 /// A block of primitives as the lab knows it.
-pub trait LabBlock: Block + Debug {
+pub trait LabBlock: Block<Primitive: Clone + Debug + Sync> + Debug {
     /// Relative to the distances involved, how far from a boundary hit and miss may be confused, and distances be off.
     const GUARD: f64;
 
@@ -28,6 +28,9 @@ pub trait LabBlock: Block + Debug {
 
     /// A point of interest to aim a ray at.
     fn aim(dice: &mut Dice<'_>, primitive: &Self::Primitive) -> [f32; 3];
+
+    /// What ground is made of between four corners, for traversals that are timed: the first two are along x, the others beyond.
+    fn tile(corners: [[f32; 3]; 4]) -> [Self::Primitive; 2];
 
     /// The primitive at a place, as it was given.
     fn primitive(&self, place: usize) -> Self::Primitive;

@@ -40,6 +40,8 @@ pub use entry::{Counterexample, Entry, Plan, Row, filtered};
 pub use find::{ANY, CLOSEST, Find, RayTest};
 pub use kernel::{Kernel, Work};
 pub use kernels::KERNELS;
+#[cfg(feature = "lab-traversal")]
+pub use kernels::TRAVERSALS;
 pub use leaves::{LabBlock, Leaves};
 pub use outcome::Outcome;
 pub use table::WIDTHS;

@@ -35,7 +35,7 @@ macro_rules! widths {
 }
 
 #[cfg(feature = "lab-widths")]
-widths!(1, 7, 24, 64, 100, 256);
+widths!(1, 7, 16, 24, 64, 100, 256);
 #[cfg(all(not(feature = "lab-widths"), feature = "lab-wide"))]
 widths!(16, 64, 256);
 #[cfg(not(any(feature = "lab-widths", feature = "lab-wide")))]

@@ -47,3 +47,9 @@ crate::kernels! {
     normalize { general: Normalize }
     shears { general: Shears }
 }
+
+#[cfg(feature = "lab-traversal")]
+crate::traversals! {
+    /// Whole traversals, for tests that have no engine.
+    pub static TRAVERSALS;
+}

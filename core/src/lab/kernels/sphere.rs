@@ -27,6 +27,11 @@ impl LabBlock for SphereBlock {
         }
     }
 
+    fn tile([a, b, c, _]: [[f32; 3]; 4]) -> [[f32; 4]; 2] {
+        let radius = 0.4 * (b[0] - a[0]).abs();
+        [[a[0], a[1], a[2], radius], [0.5 * (b[0] + c[0]), 0.5 * (b[1] + c[1]), 0.5 * (b[2] + c[2]), radius]]
+    }
+
     fn primitive(&self, place: usize) -> [f32; 4] {
         self.sphere(place)
     }

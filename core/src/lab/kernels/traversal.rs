@@ -3,14 +3,15 @@
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use core::marker::PhantomData;
 
 use mobula_simd::Token;
 
-use crate::bvh::{Bvh, Serial};
+use crate::bvh::{Bvh, Quality, Serial};
 use crate::lab::find::{ANY, CLOSEST, verify};
 use crate::lab::leaves::{LabBlock, any_agrees};
 use crate::lab::{Dice, Draft, Kernel, Outcome, Style, Work};
-use crate::leaf::TriangleBlock;
+use crate::leaf::Block;
 use crate::sink::AnyHit;
 use crate::{Properties, traverse};
 
@@ -23,7 +24,20 @@ pub const INCOHERENT: u8 = 2;
 
 /// The traversal, looking for the closest hit or any; `ALL` primitives are tested without the tree.
 #[derive(Debug)]
-pub struct Traversal<const RAYS: u8, const HIT: bool, const ALL: bool>;
+pub struct Traversal<B, const RAYS: u8, const HIT: bool, const ALL: bool = false>(PhantomData<B>);
+
+/// Every primitive is tested: what traversal is compared with.
+pub type All<B> = Traversal<B, INCOHERENT, CLOSEST, true>;
+/// Rays that bounce off something rough.
+pub type Diffuse<B> = Traversal<B, INCOHERENT, CLOSEST>;
+/// Rays that ask how much of the sky is seen.
+pub type Ambient<B> = Traversal<B, INCOHERENT, ANY>;
+/// Rays of a pinhole camera.
+pub type Primary<B> = Traversal<B, COMMON_ORIGIN, CLOSEST>;
+/// Rays from a point light.
+pub type Shadow<B> = Traversal<B, COMMON_ORIGIN, ANY>;
+/// Rays to the sun.
+pub type Sun<B> = Traversal<B, PARALLEL, ANY>;
 
 /// Registers whole traversals, compiled in the crate that says so: where it traces packets of these widths itself, what is
 /// measured is the code that it runs.
@@ -34,12 +48,20 @@ macro_rules! traversals {
             $(#[$meta])*
             $vis static $name;
             traversal {
-                all: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::INCOHERENT }, { $crate::lab::CLOSEST }, true>,
-                diffuse: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::INCOHERENT }, { $crate::lab::CLOSEST }, false>,
-                ambient_occlusion: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::INCOHERENT }, { $crate::lab::ANY }, false>,
-                primary: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::COMMON_ORIGIN }, { $crate::lab::CLOSEST }, false>,
-                shadow: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::COMMON_ORIGIN }, { $crate::lab::ANY }, false>,
-                sun: $crate::lab::kernels::traversal::Traversal<{ $crate::lab::kernels::traversal::PARALLEL }, { $crate::lab::ANY }, false>,
+                all: $crate::lab::kernels::traversal::All<$crate::leaf::TriangleBlock>,
+                diffuse: $crate::lab::kernels::traversal::Diffuse<$crate::leaf::TriangleBlock>,
+                ambient_occlusion: $crate::lab::kernels::traversal::Ambient<$crate::leaf::TriangleBlock>,
+                primary: $crate::lab::kernels::traversal::Primary<$crate::leaf::TriangleBlock>,
+                shadow: $crate::lab::kernels::traversal::Shadow<$crate::leaf::TriangleBlock>,
+                sun: $crate::lab::kernels::traversal::Sun<$crate::leaf::TriangleBlock>,
+            }
+            traversal_spheres {
+                all: $crate::lab::kernels::traversal::All<$crate::leaf::SphereBlock>,
+                diffuse: $crate::lab::kernels::traversal::Diffuse<$crate::leaf::SphereBlock>,
+                ambient_occlusion: $crate::lab::kernels::traversal::Ambient<$crate::leaf::SphereBlock>,
+                primary: $crate::lab::kernels::traversal::Primary<$crate::leaf::SphereBlock>,
+                shadow: $crate::lab::kernels::traversal::Shadow<$crate::leaf::SphereBlock>,
+                sun: $crate::lab::kernels::traversal::Sun<$crate::leaf::SphereBlock>,
             }
         }
     };
@@ -47,41 +69,35 @@ macro_rules! traversals {
 
 /// A tree, and what it was built over.
 #[derive(Clone, Debug)]
-pub struct Tree {
-    bvh: Arc<Bvh<TriangleBlock>>,
-    triangles: Vec<[[f32; 3]; 3]>,
+pub struct Tree<B: Block> {
+    bvh: Arc<Bvh<B>>,
+    primitives: Vec<B::Primitive>,
 }
 
-/// Vertices along a side of the terrain that is timed.
+/// Vertices along a side of the ground that is timed.
 const SIDE: usize = 48;
 
-impl Tree {
-    fn new(triangles: Vec<[[f32; 3]; 3]>) -> Self {
-        let bvh = Arc::new(Bvh::triangles(triangles.len(), 0, &Serial, |i| triangles[i]));
-        Self { bvh, triangles }
+impl<B: LabBlock> Tree<B> {
+    fn new(primitives: Vec<B::Primitive>) -> Self {
+        let bvh = Arc::new(Bvh::build(primitives.len(), 0, Quality::Good, &Serial, |i| primitives[i]));
+        Self { bvh, primitives }
     }
 
-    /// Hills, of triangles that a packet sees several of.
-    fn terrain() -> Self {
+    /// Hills, of primitives that a packet sees several of.
+    fn hills() -> Self {
         let corner = |x: usize, z: usize| {
             let [x, z] = [x, z].map(|at| at as f32 / (SIDE - 1) as f32 * 4.0 - 2.0);
             let bump = |a: f32| a * (1.0 - a.abs() / 2.0);
             [x, 0.6 * bump(2.0 * x - (2.0 * x).round()) * bump(2.0 * z - (2.0 * z).round()) - 0.8, z - 1.0]
         };
-        let mut triangles = Vec::new();
-        for x in 0..SIDE - 1 {
-            for z in 0..SIDE - 1 {
-                let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x, z + 1), corner(x + 1, z + 1)];
-                triangles.extend([[a, c, b], [b, c, d]]);
-            }
-        }
-        Self::new(triangles)
+        let tile = |x, z| B::tile([corner(x, z), corner(x + 1, z), corner(x, z + 1), corner(x + 1, z + 1)]);
+        Self::new((0..SIDE - 1).flat_map(|x| (0..SIDE - 1).flat_map(move |z| tile(x, z))).collect())
     }
 }
 
-impl<const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for Traversal<RAYS, HIT, ALL> {
-    type Primitive = Tree;
-    type General = Traversal<INCOHERENT, CLOSEST, true>;
+impl<B: LabBlock, const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for Traversal<B, RAYS, HIT, ALL> {
+    type Primitive = Tree<B>;
+    type General = All<B>;
     const PROMISES: Properties = if RAYS == COMMON_ORIGIN { Properties::COMMON_ORIGIN } else { Properties::empty() };
     const PARALLEL: bool = RAYS == PARALLEL;
     const PRIMITIVES: usize = 1;
@@ -90,13 +106,13 @@ impl<const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for Traversal<RAYS
         rays
     }
 
-    fn draw(dice: &mut Dice<'_>) -> Tree {
+    fn draw(dice: &mut Dice<'_>) -> Tree<B> {
         let count = 1 + dice.below(40);
-        Tree::new((0..count).map(|_| TriangleBlock::draw(dice)).collect())
+        Tree::new((0..count).map(|_| B::draw(dice)).collect())
     }
 
-    fn timed(draft: &mut Draft<Tree>) {
-        draft.primitives = [Tree::terrain()].into();
+    fn timed(draft: &mut Draft<Tree<B>>) {
+        draft.primitives = [Tree::hills()].into();
         if RAYS == INCOHERENT {
             let mut dice = Dice::from_seed(7);
             dice.set_style(Style::Ordinary);
@@ -108,19 +124,19 @@ impl<const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for Traversal<RAYS
     }
 
     /// A case has one tree.
-    fn number(trees: &mut [Tree]) {
+    fn number(trees: &mut [Tree<B>]) {
         if let [first, others @ ..] = trees {
             others.iter_mut().for_each(|other| *other = first.clone());
         }
     }
 
-    fn aim(dice: &mut Dice<'_>, tree: &Tree) -> [f32; 3] {
-        let triangle = &tree.triangles[dice.below(tree.triangles.len())];
-        TriangleBlock::aim(dice, triangle)
+    fn aim(dice: &mut Dice<'_>, tree: &Tree<B>) -> [f32; 3] {
+        let primitive = &tree.primitives[dice.below(tree.primitives.len())];
+        B::aim(dice, primitive)
     }
 
     #[inline(always)]
-    fn run<T: Token, const N: usize>(token: T, work: &mut Work<Tree, N>) {
+    fn run<T: Token, const N: usize>(token: T, work: &mut Work<Tree<B>, N>) {
         let Work { rays, primitives, hits, .. } = work;
         let Some(tree) = primitives.first() else { return };
         if HIT == ANY {
@@ -131,26 +147,25 @@ impl<const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for Traversal<RAYS
     }
 
     #[inline(always)]
-    fn reset<const N: usize>(work: &mut Work<Tree, N>) {
+    fn reset<const N: usize>(work: &mut Work<Tree<B>, N>) {
         work.restart();
         work.rays.forget(Properties::OF_DIRECTION - Properties::NORMALIZED_DIRECTIONS);
     }
 
-    fn verify(draft: &Draft<Tree>, outcome: &Outcome) -> Result<(), String> {
+    fn verify(draft: &Draft<Tree<B>>, outcome: &Outcome) -> Result<(), String> {
         let Some(tree) = draft.primitives.first() else { return Ok(()) };
         let narrow = Draft {
             rays: draft.rays.clone(),
             range: draft.range.clone(),
-            primitives: tree.triangles.clone(),
+            primitives: tree.primitives.clone(),
             promises: draft.promises,
         };
-        let guard = TriangleBlock::GUARD;
-        verify(&narrow, outcome, HIT == ANY, guard, |ray| {
-            tree.triangles.iter().map(|triangle| TriangleBlock::truth(triangle, ray)).collect()
+        verify(&narrow, outcome, HIT == ANY, B::GUARD, |ray| {
+            tree.primitives.iter().map(|primitive| B::truth(primitive, ray)).collect()
         })
     }
 
-    fn agrees(draft: &Draft<Tree>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
+    fn agrees(draft: &Draft<Tree<B>>, outcome: &Outcome, general: &Outcome) -> Result<(), String> {
         if HIT == ANY { any_agrees(draft, outcome, general) } else { outcome.answers_equal(general) }
     }
 }

@@ -26,6 +26,10 @@ impl LabBlock for TriangleBlock {
         }
     }
 
+    fn tile([a, b, c, d]: [[f32; 3]; 4]) -> [[[f32; 3]; 3]; 2] {
+        [[a, c, b], [b, c, d]]
+    }
+
     fn primitive(&self, place: usize) -> [[f32; 3]; 3] {
         self.corners(place)
     }
