@@ -72,7 +72,7 @@ impl Bvh<TriangleBlock> {
 
 impl Bvh<SphereBlock> {
     /// Builds over spheres `0..count` (`[x, y, z, radius]`), whose ids are `first_id..first_id + count`. Those that are
-    /// not finite or whose radius is not positive are left out.
+    /// not finite or whose radius is not one of [`RADII`](crate::kernel::sphere::RADII) are left out.
     pub fn spheres(count: usize, first_id: u32, join: &impl Join, sphere: impl Fn(usize) -> [f32; 4] + Sync) -> Self {
         Self::build(count, first_id, Quality::Good, join, sphere)
     }

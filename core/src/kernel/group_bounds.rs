@@ -13,7 +13,7 @@ use crate::{Column, Rays};
 
 /// The class of a group whose rays have nothing in common: they are traced as a stream.
 pub const MIXED: u8 = u8::MAX;
-/// Groups with origins beyond are not bounded: sums and products of such overflow.
+/// Groups with origins beyond, and in trees that reach beyond, are not bounded: sums and products of such overflow.
 const FARTHEST: f32 = 1e30;
 
 /// Bounds of each group.
@@ -61,9 +61,6 @@ impl GroupBounds {
                 bounds.origin[1][axis] = Column::splat(x);
                 bounds.scale = max(x.abs(), bounds.scale);
             }
-            if bounds.scale > FARTHEST {
-                bounds.class = [MIXED; GROUPS];
-            }
         } else {
             for group in range.start / size..range.end.div_ceil(size) {
                 for axis in 0..if bounds.class(group) == MIXED { 0 } else { 3 } {
@@ -72,6 +69,9 @@ impl GroupBounds {
                     bounds.scale = max(max(least.abs(), greatest.abs()), bounds.scale);
                 }
             }
+        }
+        if bounds.scale > FARTHEST {
+            bounds.class = [MIXED; GROUPS];
         }
         bounds
     }

@@ -6,8 +6,11 @@
 //!
 //! - NaN: missed.
 //! - Zero direction: missed, and so is one shorter than 2^-50 or longer than 2^63, unless it is promised to be of length 1.
-//! - Degenerate: a radius of zero or less is missed, except that a ray exactly through the centre of a zero sphere hits it.
+//! - Degenerate: a radius of zero or less is missed, except that a ray exactly through the centre of a zero sphere hits it;
+//!   outside of [`RADII`] the answer means nothing.
 //! - Grazing: the discriminant's rounding decides; it is within a few ulp of `radius^2 + |closest approach|^2`.
+
+use core::ops::RangeInclusive;
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
@@ -15,6 +18,10 @@ use crate::vector::dot;
 
 /// Squares of lengths outside of this range have lost bits to underflow, or are infinite.
 const SQUARES: [f32; 2] = [1.0 / (1u128 << 100) as f32, f32::MAX];
+
+/// The radii of spheres that trees take in, 2^-50 to 2^63 (8.9e-16 to 9.2e18): where the square has lost bits or is infinite,
+/// a hit may be anywhere.
+pub const RADII: RangeInclusive<f32> = 1.0 / (1u64 << 50) as f32..=(1u64 << 63) as f32;
 
 /// Tests the sphere around `-center` of the ray's origin in the lanes `active`.
 ///

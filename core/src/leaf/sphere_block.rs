@@ -6,7 +6,7 @@ use mobula_simd::Token;
 use super::Bounds;
 use super::block::{BLOCK, Block};
 use crate::kernel::single::SingleRay;
-use crate::kernel::sphere::sphere;
+use crate::kernel::sphere::{RADII, sphere};
 use crate::vector::{load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
 
@@ -43,7 +43,7 @@ impl Block for SphereBlock {
     fn bounds(&[x, y, z, r]: &[f32; 4]) -> Option<Bounds> {
         let (low, high) = ([x - r, y - r, z - r], [x + r, y + r, z + r]);
         let finite = low.iter().chain(&high).all(|x| x.is_finite());
-        (r > 0.0 && finite).then(|| Bounds::of_points(&[low, high]))
+        (RADII.contains(&r) && finite).then(|| Bounds::of_points(&[low, high]))
     }
 
     #[inline(always)]

@@ -247,3 +247,31 @@ fn the_sign_of_a_packet_whose_first_ray_is_infinitely_fast_is_its_bit() {
         assert!(all.hits.primitive.iter().filter(|&&id| id != mobula_core::NO_HIT).count() > 20);
     }
 }
+
+/// Sums with the coordinates of a tree that reaches to the end of the numbers overflow: packets without a common origin were
+/// bounded all the same, and missed what lay in the same box.
+#[test]
+fn a_tree_that_reaches_to_the_end_of_the_numbers_is_hit_by_parallel_rays() {
+    let spheres = [[0.5, 0.0, 0.5, 3e17], [f32::MIN, 0.0, 0.0, 0.04], [0.0, 0.0, 1e18, 0.1], [0.0, 5.0, 0.0, 0.3]];
+    let bvh = Bvh::<SphereBlock>::spheres(spheres.len(), 0, &Serial, |i| spheres[i]);
+    let mut packet = RayPacket::<64>::default();
+    packet.reset(0..64);
+    for i in 0..64 {
+        packet.set_ray(i, [-1.0, (i % 8) as f32, (i / 8) as f32].into(), [1.0, 0.0, 0.0].into());
+    }
+    for token in AnyToken::available() {
+        let (mut tree, mut all) = (packet.clone(), packet.clone());
+        bvh.intersect(token, &mut tree);
+        bvh.intersect_all(token, &mut all);
+        assert_eq!(tree.hits.primitive[..], all.hits.primitive[..], "{token:?}");
+        assert!((0..64).all(|i| all.was_hit(i)), "{token:?}");
+    }
+}
+
+/// Squares of smaller radii underflow, those of greater ones are infinite: such spheres were hit anywhere.
+#[test]
+fn spheres_whose_squared_radius_is_not_a_number_to_work_with_are_left_out() {
+    let radii = [1e-40, 1e-20, 1e-8, 1e3, 1e18, 1e20];
+    let bvh = Bvh::<SphereBlock>::spheres(radii.len(), 0, &Serial, |i| [0.0, 0.0, 0.0, radii[i]]);
+    assert_eq!(bvh.primitives(), 3);
+}

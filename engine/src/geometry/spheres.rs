@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use mobula_core::kernel::sphere::RADII;
 use mobula_core::leaf::SphereBlock;
 
 use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
@@ -46,8 +47,11 @@ const NOT_FINITE: Item =
     Item::left_out("non_finite_spheres", "sphere that is not finite", "spheres that are not finite");
 const WITHOUT_RADIUS: Item =
     Item::left_out("spheres_without_radius", "sphere without a radius", "spheres without a radius");
-const BAD_RADIUS: Item =
-    Item::left_out("degenerate_spheres", "sphere of no positive radius", "spheres of no positive radius");
+const BAD_RADIUS: Item = Item::left_out(
+    "degenerate_spheres",
+    "sphere with a radius below 1e-15 or above 9e18",
+    "spheres with a radius below 1e-15 or above 9e18",
+);
 
 impl Spheres {
     /// Two spheres that meet, each of a colour of its own.
@@ -82,7 +86,7 @@ impl Spheres {
         let ends_finite = (center.abs() + radius).is_finite();
         match () {
             () if !(radius.is_finite() && ends_finite) => Err(NOT_FINITE),
-            () if radius <= 0.0 => Err(BAD_RADIUS),
+            () if !RADII.contains(&radius) => Err(BAD_RADIUS),
             () => Ok((center, radius)),
         }
     }
