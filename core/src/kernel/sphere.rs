@@ -19,9 +19,9 @@ use crate::vector::dot;
 /// Squares of lengths outside of this range have lost bits to underflow, or are infinite.
 const SQUARES: [f32; 2] = [1.0 / (1u128 << 100) as f32, f32::MAX];
 
-/// The radii of spheres that trees take in, 2^-50 to 2^63 (8.9e-16 to 9.2e18): where the square has lost bits or is infinite,
+/// The radii of spheres that trees take in, 2^-60 to 2^63 (8.7e-19 to 9.2e18): where the square has lost bits or is infinite,
 /// a hit may be anywhere.
-pub const RADII: RangeInclusive<f32> = 1.0 / (1u64 << 50) as f32..=(1u64 << 63) as f32;
+pub const RADII: RangeInclusive<f32> = 1.0 / (1u64 << 60) as f32..=(1u64 << 63) as f32;
 
 /// Tests the sphere around `-center` of the ray's origin in the lanes `active`.
 ///

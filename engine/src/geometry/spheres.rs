@@ -49,8 +49,8 @@ const WITHOUT_RADIUS: Item =
     Item::left_out("spheres_without_radius", "sphere without a radius", "spheres without a radius");
 const BAD_RADIUS: Item = Item::left_out(
     "degenerate_spheres",
-    "sphere with a radius below 1e-15 or above 9e18",
-    "spheres with a radius below 1e-15 or above 9e18",
+    "sphere with a radius below 1e-18 or above 9e18",
+    "spheres with a radius below 1e-18 or above 9e18",
 );
 
 impl Spheres {
