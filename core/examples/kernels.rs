@@ -1,6 +1,8 @@
 //! The kernel lab without the engine: checks kernels and times them, a few seconds after a change.
 //! `cargo run --release -p mobula-core --features lab --example kernels -- [FILTER] [LEVEL...]`
 
+use std::process::ExitCode;
+
 use mobula_core::lab::{Dice, KERNELS, Plan, WIDTHS, filtered};
 use mobula_core::simd::{AnyToken, Level};
 
@@ -12,20 +14,33 @@ static TRAVERSALS: &[mobula_core::lab::Entry] = &[];
 /// Cases that each kernel is checked on before it is timed.
 const CASES: u64 = 200;
 
-fn main() {
-    let (levels, words): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|word| word.parse::<Level>().is_ok());
-    let filter = words.first().map_or("", String::as_str);
+fn main() -> ExitCode {
+    let (levels, names): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|word| word.parse::<Level>().is_ok());
+    let levels: Vec<Level> = levels.iter().flat_map(|level| level.parse()).collect();
+    if let Some(error) = levels.iter().find_map(|&level| AnyToken::for_level(level).err()) {
+        eprintln!("{error}, or this was built without it");
+        return ExitCode::from(2);
+    }
+    let filter = names.join(" ");
+    let kernels = [filtered(KERNELS, &filter), filtered(TRAVERSALS, &filter)].concat();
+    if kernels.is_empty() {
+        let mut known: Vec<&str> = KERNELS.iter().chain(TRAVERSALS).map(|entry| entry.kernel).collect();
+        known.dedup();
+        eprintln!("no kernel or special case has {filter:?} in its name; the kernels are {}", known.join(", "));
+        eprintln!("(traversal and traversal_spheres with the feature lab-traversal)");
+        return ExitCode::from(2);
+    }
     println!("{:<42}{:>8}{:>7}{:>14}", "kernel", "level", "width", "cycles/test");
-    for entry in filtered(KERNELS, filter).into_iter().chain(filtered(TRAVERSALS, filter)) {
+    for entry in kernels {
         for token in AnyToken::available() {
-            if !levels.is_empty() && !levels.iter().any(|level| level.parse() == Ok(token.level())) {
+            if !levels.is_empty() && !levels.contains(&token.level()) {
                 continue;
             }
             for &width in WIDTHS {
                 for seed in 0..CASES {
                     if let Err(wrong) = entry.check(token, width, &mut Dice::from_seed(seed)) {
                         eprintln!("{wrong}");
-                        std::process::exit(1);
+                        return ExitCode::FAILURE;
                     }
                 }
                 let row = entry.measure(token, width, Plan::default());
@@ -34,4 +49,5 @@ fn main() {
             }
         }
     }
+    ExitCode::SUCCESS
 }

@@ -38,7 +38,7 @@ const FEW: usize = 4;
 pub struct Ray {
     /// Where it starts.
     pub origin: [f32; 3],
-    /// Where it goes; of any length, which is the unit of `t`.
+    /// Where it goes. Its length is the unit of `t`; rays with one below 2^-102 (2e-31) or an infinite one hit nothing.
     pub direction: [f32; 3],
     /// Near end of the interval, not in it.
     pub t_min: f32,
@@ -117,7 +117,7 @@ pub enum BuildError {
         /// The index.
         index: u32,
     },
-    /// More triangles than there are ids.
+    /// More triangles or corners than there are ids.
     TooManyTriangles,
 }
 
@@ -127,7 +127,7 @@ impl fmt::Display for BuildError {
             Self::IndexOutOfRange { geometry, primitive, index } => {
                 write!(f, "triangle {primitive} of mesh {geometry} has corner {index}, which the mesh does not have")
             }
-            Self::TooManyTriangles => f.write_str("2^32 - 1 triangles or more: more than there are ids"),
+            Self::TooManyTriangles => f.write_str("2^32 - 1 triangles or corners, or more: more than there are ids"),
         }
     }
 }
@@ -287,7 +287,7 @@ impl Scene {
     }
 }
 
-/// Puts rays into a packet whose active rays they become, and says whether they start at one point.
+/// Puts rays into a packet, which is told if they start at one point.
 fn fill<const N: usize>(packet: &mut crate::Rays<N>, rays: &[Ray]) {
     for (i, ray) in rays.iter().enumerate() {
         packet.set_ray(i, ray.origin.into(), ray.direction.into());
@@ -299,26 +299,33 @@ fn fill<const N: usize>(packet: &mut crate::Rays<N>, rays: &[Ray]) {
     }
 }
 
-/// Weights of the second and the third corner where a ray hits a triangle, each in 0..=1. Ratios of the volumes that the ray
-/// and each edge span; edges are taken about their middles, so that small far triangles lose no precision.
-fn weights([a, b, c]: [Vec3; 3], ray: &Ray) -> [f32; 2] {
-    let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-    let (a, b, c) = (a - origin, b - origin, c - origin);
-    let volume = |p: Vec3, q: Vec3| direction.dot((q - p).cross(q + p));
-    let (wa, wb, wc) = (volume(b, c), volume(c, a), volume(a, b));
-    let scale = 1.0 / (wa + wb + wc);
-    if !scale.is_finite() {
+/// Weights of the second and the third corner where a ray hits a triangle, each in 0..=1: ratios of the volumes that the ray
+/// and each edge span. In f64, where products of f32 neither overflow nor vanish.
+fn weights(corners: [Vec3; 3], ray: &Ray) -> [f32; 2] {
+    let direction = ray.direction.map(f64::from);
+    let [a, b, c] = corners.map(|p| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(ray.origin[k])));
+    let volume = |p: [f64; 3], q: [f64; 3]| dot(direction, cross(p, q));
+    let volumes = [volume(b, c), volume(c, a), volume(a, b)];
+    let whole: f64 = volumes.iter().sum();
+    if whole == 0.0 || !whole.is_finite() {
         return [1.0 / 3.0; 2];
     }
-    let u = (wb * scale).clamp(0.0, 1.0);
-    [u, (wc * scale).clamp(0.0, 1.0).min(1.0 - u)]
+    let u = ((volumes[1] / whole) as f32).clamp(0.0, 1.0);
+    [u, ((volumes[2] / whole) as f32).clamp(0.0, 1.0).min(1.0 - u)]
 }
 
-/// Unit normal of a triangle, in f64, where neither differences nor products of f32 overflow or vanish.
+/// Unit normal of a triangle. In f64 for the same reason.
 fn normal([a, b, c]: [Vec3; 3]) -> [f32; 3] {
     let edge = |p: Vec3| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k]));
-    let (p, q) = (edge(b), edge(c));
-    let n = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
-    let length = libm::sqrt(n.iter().map(|x| x * x).sum());
+    let n = cross(edge(b), edge(c));
+    let length = libm::sqrt(dot(n, n));
     if length > 0.0 { n.map(|x| (x / length) as f32) } else { [0.0; 3] }
+}
+
+fn cross(p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
+    [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
+}
+
+fn dot(p: [f64; 3], q: [f64; 3]) -> f64 {
+    p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 }

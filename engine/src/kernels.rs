@@ -70,24 +70,20 @@ pub fn measure(options: &Options, each: &mut dyn FnMut(&Measured) -> io::Result<
     let plan = Plan { samples: options.samples as usize, ..Plan::default() };
     let per_tick = nanoseconds_per_tick();
     let kernels = registry();
-    let mut bench = Bench { kernels: &kernels, plan, rows: BTreeMap::new() };
-    let filter = options.filter.as_deref().unwrap_or("");
+    let mut bench = Bench { plan, rows: BTreeMap::new() };
     let mut all = Vec::new();
-    for (index, entry) in kernels.iter().enumerate() {
-        if !format!("{} {}", entry.kernel, entry.case).contains(filter) {
-            continue;
-        }
-        let general = kernels.iter().position(|other| other.is_general_of(entry)).unwrap_or(index);
+    for entry in filtered(&kernels, options.filter.as_deref().unwrap_or("")) {
+        let general = kernels.iter().find(|other| other.is_general_of(entry)).unwrap_or(entry);
         for token in AnyToken::available() {
             if !options.level.is_empty() && !options.level.contains(&token.level()) {
                 continue;
             }
             for &width in WIDTHS.iter().filter(|w| options.width.is_empty() || options.width.contains(w)) {
-                let row = bench.row(index, token, width);
+                let row = bench.row(entry, token, width);
                 let measured = Measured {
                     ns: row.ticks * per_tick,
                     vs_general: bench.row(general, token, width).cycles / row.cycles,
-                    vs_scalar: bench.row(index, scalar(), width).cycles / row.cycles,
+                    vs_scalar: bench.row(entry, scalar(), width).cycles / row.cycles,
                     row,
                 };
                 each(&measured)?;
@@ -140,16 +136,15 @@ pub fn run(options: &Options, out: &mut dyn Write) -> io::Result<bool> {
 }
 
 /// Rows measured so far: those that others are compared to are needed more than once.
-struct Bench<'a> {
-    kernels: &'a [Entry],
+struct Bench {
     plan: Plan,
-    rows: BTreeMap<(usize, Level, usize), Row>,
+    rows: BTreeMap<(&'static str, &'static str, Level, usize), Row>,
 }
 
-impl Bench<'_> {
-    fn row(&mut self, index: usize, token: AnyToken, width: usize) -> Row {
-        let measure = || self.kernels[index].measure(token, width, self.plan);
-        self.rows.entry((index, token.level(), width)).or_insert_with(measure).clone()
+impl Bench {
+    fn row(&mut self, entry: &Entry, token: AnyToken, width: usize) -> Row {
+        let measure = || entry.measure(token, width, self.plan);
+        self.rows.entry((entry.kernel, entry.case, token.level(), width)).or_insert_with(measure).clone()
     }
 }
 

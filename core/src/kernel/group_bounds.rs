@@ -16,6 +16,10 @@ pub const MIXED: u8 = u8::MAX;
 /// Groups with origins beyond, and in trees that reach beyond, are not bounded: sums and products of such overflow.
 const FARTHEST: f32 = 1e30;
 
+/// Groups from a common origin whose slopes spread wider than this both ways have nothing else in common: a packet of shuffled
+/// rays, whose bounds dismiss nothing.
+const SCATTERED: f32 = 1.0 / 8.0;
+
 /// Bounds of each group.
 #[derive(Clone, Copy, Debug)]
 pub struct GroupBounds {
@@ -148,6 +152,10 @@ impl GroupBounds {
         for k in 0..2 {
             self.slope[0][k][group] = low[k].reduce_min();
             self.slope[1][k][group] = high[k].reduce_max();
+        }
+        let spread = |k: usize| self.slope[1][k][group] - self.slope[0][k][group];
+        if COMMON_ORIGIN && spread(0) > SCATTERED && spread(1) > SCATTERED {
+            self.class[group] = MIXED;
         }
         if !COMMON_ORIGIN {
             for k in 0..3 {

@@ -10,11 +10,11 @@
 //! trust that a hit lies in the triangle's box. (3) Both sides of a triangle are hit, so no winding is kept.
 //!
 //! - NaN: a ray or triangle with a NaN is missed.
-//! - Zero direction (or one so short that its reciprocal overflows): missed (its shear is NaN).
+//! - Zero direction (or one below 2^-102, see [`Rays::shears`](crate::Rays::shears)): missed (its shear is NaN).
 //! - Degenerate triangle (its area is zero in the sheared plane): missed.
 //! - Grazing: a ray through an edge or vertex hits every triangle that has it; ties go to the lowest id.
 //!
-//! Coordinates relative to the ray's origin must stay below 1e18, or products overflow and the triangle is missed.
+//! Where products of coordinates overflow, the test goes to f64 as well.
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 

@@ -31,7 +31,8 @@ impl<L: Leaf, const ANY: bool> Task for TraceSingle<'_, L, ANY> {
     }
 }
 
-/// The same for ray `i` of a stream, which is read where it is: to hand it over by value would cost more than its first node.
+/// The same for ray `i` of a stream, which is read where it is. At AVX-512 a ray that was written number by number and is then
+/// read as a vector waits for the stores: ambient occlusion and diffuse rays took a tenth longer by value, and by reference.
 pub(super) struct TraceOfStream<'a, const W: usize, L, const ANY: bool> {
     pub(super) bvh: &'a WideBvh<L>,
     pub(super) rays: &'a Rays<W>,

@@ -135,3 +135,20 @@ fn what_cannot_be_hit_is_left_out_and_what_is_wrong_is_an_error() {
     assert!(hits.iter().all(|hit| !hit.is_hit()) && occluded == [false; 4], "{hits:?} {occluded:?}");
     assert!(odd.iter().all(|ray| scene.intersect_one(ray).is_none() && !scene.occluded_one(ray)));
 }
+
+/// Products of three coordinates leave the range of f32 long before the coordinates do.
+#[test]
+fn weights_are_right_at_every_size() {
+    for exponent in [-30, -20, -10, 0, 10, 18, 20, 30, 37] {
+        let e = 10.0f32.powi(exponent);
+        let scene = Mesh::new(&[[-e, -e, 0.0], [e, -e, 0.0], [0.0, e, 0.0]], &[[0, 1, 2]]).build().unwrap();
+        for length in [1.0, e] {
+            let ray = Ray::new([0.0, 0.0, e], [0.0, 0.0, -length]);
+            if length < 1e-29 {
+                continue;
+            }
+            let hit = scene.intersect_one(&ray).unwrap_or_else(|| panic!("size {e:e}, direction {length:e}"));
+            assert!((hit.u - 0.25).abs() < 1e-6 && (hit.v - 0.5).abs() < 1e-6, "size {e:e}: {hit:?}");
+        }
+    }
+}

@@ -132,8 +132,9 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) background: Option<Arc<dyn Background>>,
 
-    /// Fog: how much of the light is lost in a unit of length, and its colour as R,G,B from 0 to 1 [default: none]
-    #[arg(long, value_name = "DENSITY[,COLOUR]", value_parser = fog)]
+    /// Fog, for the renderer `raytracer`: of light that goes x units through it exp(-DENSITY x) is left; its colour as R,G,B from 0
+    /// to 1 [default: none]
+    #[arg(long, value_name = "DENSITY[,COLOUR]", allow_negative_numbers = true, value_parser = fog)]
     pub(crate) fog: Option<Fog>,
 
     /// No shadows
