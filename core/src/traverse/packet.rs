@@ -61,8 +61,8 @@ pub(super) fn traverse<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
     };
     if others != 0 {
         rays.inverse_directions(token);
-        // A narrow packet would test lanes that it does not have.
-        paths.single = if N <= 16 {
+        // Few rays are not copied into, and tested in, lanes for many.
+        paths.single = if N <= 16 || range.end <= 16 {
             streams::<T, N, 16, L, S>(token, bvh, rays, sink, others, roots, &mut stack)
         } else {
             streams::<T, N, STREAM, L, S>(token, bvh, rays, sink, others, roots, &mut stack)

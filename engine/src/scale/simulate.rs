@@ -296,7 +296,6 @@ mod tests {
         frames(tiles, 1, |_| 1e-4)
     }
 
-    /// Without what the balancer's own arithmetic and planning take, which are real times.
     fn play(costs: &Costs, tiles: usize, name: &str, processors: usize) -> Projection {
         let balancer = name.parse::<BalancerKind>().unwrap().build();
         let dealt = Dealt { size: Size::new(16 * tiles, 16).unwrap(), tile: TILE, balancer: &*balancer };
@@ -305,9 +304,11 @@ mod tests {
 
     #[test]
     fn ideal_costs_scale_ideally() {
+        // Long beside the planning of the balancer, whose time is real: on a busy machine it is several times as long.
+        let costs = frames(512 * 12, 1, |_| 1e-2);
         for balancer in ["work-queue", "work-queue:3", "by-cost", "cyclic", "static"] {
             for processors in [1, 2, 64, 512] {
-                let projection = play(&even(512 * 12), 512 * 12, balancer, processors);
+                let projection = play(&costs, 512 * 12, balancer, processors);
                 assert!((projection.efficiency - 1.0).abs() < 0.03, "{balancer}: {projection:?}");
             }
         }
