@@ -33,10 +33,10 @@ pub trait Sink<const N: usize> {
     /// The id of ray `i`'s hit so far.
     fn id(&self, i: usize) -> u32;
 
-    /// For ray `i` when it is traced alone.
+    /// For ray `i` when it is traced as a single ray.
     fn single(&self, rays: &Rays<N>, i: usize) -> SingleHit<'_>;
 
-    /// Takes what ray `i` has found alone.
+    /// Takes what ray `i` has found as a single ray.
     fn set(&mut self, rays: &mut Rays<N>, i: usize, found: Found);
 
     /// For copies of the rays from `at`.
@@ -199,7 +199,7 @@ impl<const N: usize> Sink<N> for AnyHit<'_> {
     }
 }
 
-/// What a ray has found alone.
+/// What a ray has found as a single ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
     /// Was anything found? Of any-hit rays: enough to stop them?
@@ -212,7 +212,7 @@ pub struct Found {
     depth: u32,
 }
 
-/// The sink of a ray that is traced alone.
+/// The sink of a ray that is traced as a single ray.
 pub struct SingleHit<'a> {
     /// What it has found.
     pub found: Found,

@@ -90,7 +90,7 @@ impl<const W: usize> Stream<W> {
         padded(token, low, high, load3(token, rays.inverse_columns(), at), origins, t_min, t_max)
     }
 
-    /// What the box tests of ray `i` alone subtract: see [`padded_origin`].
+    /// What the box tests of ray `i` as a single ray subtract: see [`padded_origin`].
     #[inline(always)]
     pub fn padded_origin(&self, i: usize) -> [[f32; 3]; 2] {
         let mut padded = [[0.0; 3]; 2];

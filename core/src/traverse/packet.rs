@@ -6,7 +6,7 @@
 //!     pop; leave out groups that have found something nearer
 //!     node: which of eight children may any ray meet?  all at once
 //!           each such child: which groups may meet it?  all at once; ask for its memory
-//!           which rays of diverged groups meet it?  a few: alone from here
+//!           which rays of diverged groups meet it?  a few: as single rays from here
 //!           on with the nearest; push the others, the nearer ones last
 //!     leaf: each primitive that any ray may hit: which groups?  all at once; then each such group's rays, W at a time
 //! ```
@@ -30,7 +30,7 @@ use crate::{Properties, Rays};
 
 /// Packets with fewer rays travel as a stream.
 const FEW: usize = 4;
-/// So few rays of a packet that meet a child go on alone there: a packet that has diverged (rays to a light from both
+/// So few rays of a packet that meet a child go on as single rays there: a packet that has diverged (rays to a light from both
 /// sides of a silhouette) would test them against all that lies between (after Benthin et al., "Combining Single and
 /// Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC Architecture", TVCG 2012).
 const SINGLE_RAYS: u32 = 3;
@@ -210,7 +210,7 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
     }
 
     /// The nearest child that any ray of the groups meets ([`Child::EMPTY`] if none); pushes the others, the nearer ones last. Where
-    /// only a few rays meet a child, they go on alone at once.
+    /// only a few rays meet a child, they go on as single rays at once.
     #[inline(always)]
     fn nearest<T: Token, const COMMON_ORIGIN: bool>(
         &mut self,

@@ -1,4 +1,4 @@
-//! A stream of rays through the tree: as long as several rays meet the same boxes they go together, then each goes alone.
+//! A stream of rays through the tree: as long as several rays meet the same boxes they go together, then each as a single ray.
 //!
 //! Benthin et al., "Combining Single and Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC
 //! Architecture", TVCG 2012.
@@ -14,7 +14,7 @@ use crate::leaf::Leaf;
 use crate::sink::Sink;
 use crate::{Column, Rays};
 
-/// So few rays go on alone: three that look for any hit where a vector has 16 lanes, more where it takes more vectors to test as
+/// So few rays go on as single rays: three that look for any hit where a vector has 16 lanes, more where it takes more vectors to test as
 /// many together; those that look for the nearest hit a little earlier, as they want an order of their own.
 const fn few(lanes: usize, any: bool) -> u32 {
     (if any { 48 } else { 96 }) / lanes as u32
