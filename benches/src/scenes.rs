@@ -37,6 +37,19 @@ pub struct View {
     pub offset: f32,
     /// What others found there, if it is known.
     pub known: Option<Known>,
+    /// What is far away.
+    pub far: Far,
+}
+
+/// What is far away: a stray vertex must not cost the rest of the scene anything, nor map coordinates the whole.
+#[derive(Clone, Copy, Debug)]
+pub enum Far {
+    /// Nothing.
+    Nothing,
+    /// A corner of one triangle.
+    Corner([f32; 3]),
+    /// The scene, from where it is in its file.
+    All([f32; 3]),
 }
 
 /// Results of Embree, one ray at a time: of version 4 and another program, but for the atrium, which is our own.
@@ -69,6 +82,7 @@ const TERRAIN: View = View {
     reach: 3.0,
     offset: 1e-3,
     known: known(1_048_572, 5.02151e7, 723_646),
+    far: Far::Nothing,
 };
 
 /// Outside, from the garden, and the rooms inside; the file's z is up and its unit the metre.
@@ -84,22 +98,40 @@ const HOUSE: View = View {
     reach: 1.0,
     offset: 1e-3,
     known: None,
+    far: Far::Nothing,
 };
 
+const BUNNY: View = View {
+    name: "bunny",
+    source: "bunny.obj.gz",
+    eye: [0.6, 0.5, 3.0],
+    at: [0.0, 0.0, 0.0],
+    up: Y,
+    tangent: 0.36,
+    light: [3.0, 4.0, 3.0],
+    sun: [0.6, 0.7, 0.4],
+    reach: 0.5,
+    offset: 1e-4,
+    known: known(586_683, 1.60425e6, 64_868),
+    far: Far::Nothing,
+};
+
+/// Where the bunny is ten thousand times its size away from the origin.
+const AWAY: [f32; 3] = [1e4, -5e3, 2e4];
+
 /// Every row. The atrium and the house's inside are closed, so most of the sun's rays end at the ceiling there.
-pub const VIEWS: [View; 11] = [
+pub const VIEWS: [View; 13] = [
+    BUNNY,
+    View { name: "bunny_stray", far: Far::Corner([-1e6, 1e6, 1e6]), ..BUNNY },
     View {
-        name: "bunny",
-        source: "bunny.obj.gz",
-        eye: [0.6, 0.5, 3.0],
-        at: [0.0, 0.0, 0.0],
-        up: Y,
-        tangent: 0.36,
-        light: [3.0, 4.0, 3.0],
-        sun: [0.6, 0.7, 0.4],
-        reach: 0.5,
-        offset: 1e-4,
-        known: known(586_683, 1.60425e6, 64_868),
+        name: "bunny_moved",
+        eye: [AWAY[0] + 0.6, AWAY[1] + 0.5, AWAY[2] + 3.0],
+        at: AWAY,
+        light: [AWAY[0] + 3.0, AWAY[1] + 4.0, AWAY[2] + 3.0],
+        offset: 1e-3,
+        known: None,
+        far: Far::All(AWAY),
+        ..BUNNY
     },
     // Upright in z, about two metres long: from the left, slightly above.
     View {
@@ -114,6 +146,7 @@ pub const VIEWS: [View; 11] = [
         reach: 0.3,
         offset: 1e-4,
         known: None,
+        far: Far::Nothing,
     },
     // In millimetres, 743 long.
     View {
@@ -128,6 +161,7 @@ pub const VIEWS: [View; 11] = [
         reach: 60.0,
         offset: 0.02,
         known: None,
+        far: Far::Nothing,
     },
     HOUSE,
     View {
@@ -150,6 +184,7 @@ pub const VIEWS: [View; 11] = [
         reach: 3.0,
         offset: 1e-3,
         known: known(1_048_576, 2.27840e7, 264_542),
+        far: Far::Nothing,
     },
     View { name: "terr20k", source: "gen:terr20k", known: None, ..TERRAIN },
     View { name: "terr245k", source: "gen:terr245k", known: None, ..TERRAIN },
@@ -168,6 +203,7 @@ pub const VIEWS: [View; 11] = [
         reach: 0.05,
         offset: 1e-5,
         known: known(819_064, 1.67012e6, 462_723),
+        far: Far::Nothing,
     },
 ];
 
@@ -251,6 +287,17 @@ impl Triangles {
         self.indices[i].map(|corner| self.positions[corner as usize])
     }
 
+    /// Moves a corner of one triangle, not those that it shared it with.
+    fn stray(&mut self, to: [f32; 3]) {
+        let middle = self.indices.len() / 2;
+        self.indices[middle][0] = self.positions.len() as u32 - 1;
+        self.positions.insert(self.positions.len() - 1, to);
+    }
+
+    fn move_by(&mut self, by: [f32; 3]) {
+        self.positions.iter_mut().for_each(|position| (0..3).for_each(|axis| position[axis] += by[axis]));
+    }
+
     fn add(&mut self, mesh: &Mesh) {
         let first = self.positions.len() as u32;
         self.positions.extend(&mesh.positions);
@@ -263,14 +310,22 @@ impl Triangles {
 /// # Errors
 /// Why it is not there.
 pub fn primitives(view: &View, data: &Path) -> Result<Primitives, String> {
-    if view.source.starts_with(generate::PREFIX) {
+    let mut primitives = if view.source.starts_with(generate::PREFIX) {
         let scene = generate::generate(view.source).ok_or_else(|| format!("no generator {}", view.source))?;
-        return Ok(Primitives::of(&scene));
+        Primitives::of(&scene)
+    } else {
+        let file = data.join(view.source);
+        if !file.exists() {
+            return Err(format!("there is no {} in the data folder (say where with --data)", view.source));
+        }
+        Primitives::of(&load::load(&file).map_err(|error| error.to_string())?.scene)
+    };
+    if let Primitives::Triangles(triangles) = &mut primitives {
+        match view.far {
+            Far::Nothing => {}
+            Far::Corner(corner) => triangles.stray(corner),
+            Far::All(by) => triangles.move_by(by),
+        }
     }
-    let file = data.join(view.source);
-    if !file.exists() {
-        return Err(format!("there is no {} in the data folder (say where with --data)", view.source));
-    }
-    let loaded = load::load(&file).map_err(|error| error.to_string())?;
-    Ok(Primitives::of(&loaded.scene))
+    Ok(primitives)
 }

@@ -47,7 +47,8 @@ impl Block for FourCylinders {
     const NOWHERE: [f32; 5] = [f32::NAN; 5];
     fn bounds(&[x, y, z, height, r]: &[f32; 5]) -> Option<Bounds> {
         let bounds = Bounds::of_points(&[[x - r, y - height, z - r], [x + r, y + height, z + r]]);
-        (bounds.low.iter().chain(&bounds.high).all(|x| x.is_finite()) && height > 0.0 && r > 0.0).then_some(bounds)
+        (bounds.low.iter().chain(&bounds.high).all(|x| x.is_finite()) && height > 0.0 && r > 0.0)
+            .then(|| bounds.outward())
     }
     fn set(&mut self, place: usize, id: u32, cylinder: &[f32; 5]) {
         self.0.iter_mut().zip(cylinder).for_each(|(row, &value)| row[place] = value);

@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use mobula_simd::AnyToken;
 
 use super::centroids::CentroidBounds;
+use super::frame::{frame, samples};
 use super::join::reduce;
 use super::memory::{filled, zeroed};
 use super::morton::{self, Morton};
@@ -12,6 +13,7 @@ use super::reference::{self, Reference};
 use super::sah::{Range, Sah};
 use super::wide::{Branch, Topology};
 use super::{Bvh, Child, Join, Node, WideBvh};
+use crate::kernel::margin::Frame;
 use crate::leaf::{BLOCK, Block, Bounds, SphereBlock, TriangleBlock};
 
 /// How much work goes into a tree.
@@ -39,21 +41,33 @@ impl<B: Block> Bvh<B> {
         primitive: impl Fn(usize) -> B::Primitive + Sync,
     ) -> Self {
         assert!(count <= (u32::MAX - first_id) as usize, "more primitives than ids");
-        let (mut references, centroids) = references::<B>(count, join, &primitive);
-        let (primitives, mut topology) = (references.len(), Topology::default());
+        let frame = frame(samples(count).filter_map(|i| B::bounds(&primitive(i))));
+        let unit = unit(&frame);
+        let (mut references, centroids) = references::<B>(count, unit, join, &primitive);
+        let mut topology = Topology::default();
+        let mut bvh = WideBvh {
+            nodes: Vec::new(),
+            leaves: Vec::new(),
+            leaf_count: 0,
+            root: Child::EMPTY,
+            bounds: Bounds::EMPTY,
+            frame,
+            primitives: references.len(),
+            first_id,
+        };
         match quality {
             Quality::Fast => {
-                let keys = morton::sorted(join, &references, &centroids);
-                drop(references);
-                let root = topology.root(join, &Morton, &keys[..]);
-                topology.emit(root, primitives, first_id, join, &primitive, |i| morton::index(keys[i]))
+                let mut keys = morton::sorted(join, &references, &centroids.among(&frame, unit));
+                bvh.root = topology.root(join, &Morton { references: &references }, &mut keys[..]);
+                topology.emit(&mut bvh, join, &primitive, |i| morton::index(keys[i]));
             }
             Quality::Good => {
                 let sah = Sah { token: AnyToken::detect() };
-                let root = topology.root(join, &sah, Range::new(&mut references));
-                topology.emit(root, primitives, first_id, join, &primitive, |i| reference::index(&references[i]))
+                bvh.root = topology.root(join, &sah, Range::new(&mut references));
+                topology.emit(&mut bvh, join, &primitive, |i| reference::index(&references[i]));
             }
         }
+        bvh
     }
 }
 
@@ -82,13 +96,11 @@ impl Topology {
     /// Nodes and blocks, filled from the leaves up; `number` says which primitive is at a place of the order.
     fn emit<B: Block>(
         self,
-        root: Child,
-        primitives: usize,
-        first_id: u32,
+        bvh: &mut Bvh<B>,
         join: &impl Join,
         primitive: &(impl Fn(usize) -> B::Primitive + Sync),
         number: impl Fn(usize) -> u32 + Sync,
-    ) -> Bvh<B> {
+    ) {
         let Self { nodes: branches, counts } = self;
         let (nodes, (blocks, starts)) = join.join(
             || {
@@ -98,9 +110,9 @@ impl Topology {
             },
             || (filled(counts.len(), core::iter::repeat_n(B::EMPTY, counts.len())), starts(&counts)),
         );
-        let (leaf_count, bounds) = (counts.len(), Bounds::EMPTY);
-        let mut bvh = WideBvh { nodes, leaves: blocks, leaf_count, root, bounds, scale: 0.0, primitives, first_id };
-        bvh.fill::<true>(join, &|at, block: &mut B| {
+        (bvh.nodes, bvh.leaves, bvh.leaf_count) = (nodes, blocks, counts.len());
+        let (frame, first_id) = (bvh.frame, bvh.first_id);
+        bvh.fill::<true>(join, frame, &|at, block: &mut B| {
             let mut ids = [u32::MAX; BLOCK];
             let places = starts[at] as usize..starts[at + 1] as usize;
             let count = places.len();
@@ -112,7 +124,6 @@ impl Topology {
             }
             block.whole()
         });
-        bvh
     }
 }
 
@@ -133,9 +144,16 @@ fn starts(counts: &[u8]) -> Vec<u32> {
     core::iter::once(0).chain(ends).collect()
 }
 
-/// References to all primitives with bounds, and the bounds of their centroids.
+/// A power of two that makes primitives about as large as 1, so that areas neither overflow nor vanish; exact as a factor.
+fn unit(frame: &Frame) -> f32 {
+    let exponent = (frame.size.to_bits() >> 23 & 0xff) as i32 - 127;
+    f32::from_bits(((127 - exponent.clamp(-126, 126)) as u32) << 23)
+}
+
+/// References to all primitives with bounds, and the bounds of their centroids, in multiples of `unit`.
 fn references<B: Block>(
     count: usize,
+    unit: f32,
     join: &impl Join,
     primitive: &(impl Fn(usize) -> B::Primitive + Sync),
 ) -> (Vec<Reference>, CentroidBounds) {
@@ -144,7 +162,7 @@ fn references<B: Block>(
         let (mut kept, mut centroids) = (0, CentroidBounds::empty());
         for i in start..start + references.len() {
             if let Some(bounds) = B::bounds(&primitive(i)) {
-                references[kept] = reference::new(&bounds, i as u32);
+                references[kept] = reference::new(&bounds, unit, i as u32);
                 centroids.take(&references[kept]);
                 kept += 1;
             }

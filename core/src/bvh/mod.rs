@@ -7,6 +7,7 @@
 //! | `reference.rs` | bounds and number of a primitive in eight floats |
 //! | `sah.rs` | good trees: ranges split by the surface area heuristic over bins |
 //! | `morton.rs` | fast trees: ranges of the order along a curve |
+//! | `frame.rs` | what the coordinates of boxes are relative to |
 //! | `centroids.rs` | what both split: where the middles of primitives are |
 //! | `wide.rs` | eight children a node, from ranges that know how to split |
 //! | `refit.rs` | blocks, then bounds from the leaves up: the end of a build, and all of a refit |
@@ -15,6 +16,7 @@
 
 mod build;
 mod centroids;
+mod frame;
 mod join;
 mod memory;
 mod morton;
@@ -31,6 +33,7 @@ pub use join::{Join, Serial};
 pub use node::{Child, Node};
 pub(crate) use wide::STACK;
 
+use crate::kernel::margin::Frame;
 use crate::leaf::{Block, Bounds};
 
 /// Bounding volume hierarchy with eight children a node. What is in its leaves is for `L` to know: see
@@ -46,8 +49,8 @@ pub struct WideBvh<L> {
     pub(crate) leaf_count: usize,
     pub(crate) root: Child,
     pub(crate) bounds: Bounds,
-    /// Greatest size of a coordinate: what the rounding of a test is measured by.
-    pub(crate) scale: f32,
+    /// What the coordinates of boxes are relative to.
+    pub(crate) frame: Frame,
     primitives: usize,
     /// Id of primitive 0.
     first_id: u32,

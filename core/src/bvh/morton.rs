@@ -12,7 +12,7 @@ use super::join::{Join, reduce};
 use super::memory::zeroed;
 use super::reference::{self, Reference, middle2};
 use super::wide::Ranges;
-use crate::leaf::{BLOCK, FOUR};
+use crate::leaf::{BLOCK, FOUR, Four};
 
 /// Bits of x, y and z in a code.
 const BITS: [u32; 3] = [11, 11, 10];
@@ -28,20 +28,38 @@ pub(super) fn index(key: Key) -> u32 {
     key as u32
 }
 
+/// Cells along a curve through the middles of some primitives.
+struct Cells {
+    low: Four,
+    scale: Four,
+}
+
+impl Cells {
+    fn of(centroids: &CentroidBounds) -> Self {
+        let extent = centroids.high - centroids.low;
+        let cells = FOUR.load(&BITS.map(|bits| ((1 << bits) - 1) as f32), 0);
+        // An axis along which all middles are the same, or all but, has one cell.
+        let scale = (cells / extent).select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
+        Self { low: centroids.low, scale }
+    }
+
+    /// Of a primitive with this number.
+    fn key(&self, reference: &Reference) -> Key {
+        let mut cell = [0; 4];
+        let at = (middle2(reference) - self.low) * self.scale;
+        at.max(FOUR.splat(0.0)).min(FOUR.splat(2047.0)).to_i32().store(&mut cell, 0);
+        let code = spread(cell[0]) << 1 | spread(cell[1]) | spread(cell[2]) << 2;
+        Key::from(code) << 32 | Key::from(reference::index(reference))
+    }
+}
+
 /// The keys of all references, whose centroids have these bounds, sorted.
 pub(super) fn sorted(join: &impl Join, references: &[Reference], centroids: &CentroidBounds) -> Vec<Key> {
-    let extent = centroids.high - centroids.low;
-    let cells = FOUR.load(&BITS.map(|bits| ((1 << bits) - 1) as f32), 0);
-    // An axis along which all middles are the same, or all but, has one cell.
-    let scale = (cells / extent).select(extent.gt(FOUR.splat(1e-30)), FOUR.splat(0.0));
+    let cells = Cells::of(centroids);
     let mut keys = zeroed::<Key>(references.len());
     let run = |keys: &mut [Key], start: usize| {
         for (key, reference) in keys.iter_mut().zip(&references[start..]) {
-            let mut cell = [0; 4];
-            let at = (middle2(reference) - centroids.low) * scale;
-            at.max(FOUR.splat(0.0)).min(FOUR.splat(2047.0)).to_i32().store(&mut cell, 0);
-            let code = spread(cell[0]) << 1 | spread(cell[1]) | spread(cell[2]) << 2;
-            *key = Key::from(code) << 32 | Key::from(reference::index(reference));
+            *key = cells.key(reference);
         }
     };
     reduce(join, &mut keys, 0, &run, &|_, _, (), ()| ());
@@ -113,21 +131,42 @@ fn by_digits(keys: &mut [Key], room: &mut [Key]) {
 }
 
 /// Ranges of sorted keys.
-pub(super) struct Morton;
+pub(super) struct Morton<'a> {
+    /// Of the primitives, by rising numbers.
+    pub(super) references: &'a [Reference],
+}
 
-impl<'a> Ranges<'a> for Morton {
-    type Range = &'a [Key];
+impl Morton<'_> {
+    /// Sorts many primitives that share a cell by smaller cells: where a few are far away all others do.
+    fn refine(&self, keys: &mut [Key]) {
+        let of = |key: Key| {
+            let number = index(key);
+            &self.references[self.references.partition_point(|reference| reference::index(reference) < number)]
+        };
+        let mut centroids = CentroidBounds::empty();
+        keys.iter().for_each(|&key| centroids.take(of(key)));
+        let cells = Cells::of(&centroids);
+        keys.iter_mut().for_each(|key| *key = cells.key(of(*key)));
+        keys.sort_unstable();
+    }
+}
 
-    fn len(range: &&'a [Key]) -> usize {
+impl<'a> Ranges<'a> for Morton<'_> {
+    type Range = &'a mut [Key];
+
+    fn len(range: &&'a mut [Key]) -> usize {
         range.len()
     }
 
     /// Large cells first.
-    fn weight(range: &&'a [Key]) -> f32 {
+    fn weight(range: &&'a mut [Key]) -> f32 {
         differing(range) as f32
     }
 
-    fn split(&self, _: &impl Join, range: &'a [Key], by_count: bool) -> [&'a [Key]; 2] {
+    fn split(&self, _: &impl Join, range: &'a mut [Key], by_count: bool) -> [&'a mut [Key]; 2] {
+        if range.len() > FEW && !by_count && differing(range) == 0 {
+            self.refine(range);
+        }
         let differing = differing(range);
         let middle = if by_count || differing == 0 || range.len() <= FEW {
             (range.len() / 2).next_multiple_of(BLOCK)
@@ -135,7 +174,7 @@ impl<'a> Ranges<'a> for Morton {
             let bit = 63 - differing.leading_zeros();
             range.partition_point(|key| key >> bit & 1 == 0)
         };
-        let (left, right) = range.split_at(middle);
+        let (left, right) = range.split_at_mut(middle);
         [left, right]
     }
 }

@@ -71,7 +71,8 @@ impl Child {
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node {
-    /// `planes[0..3]`: low x, y, z of the children; `planes[3..6]`: high x, y, z.
+    /// `planes[0..3]`: low x, y, z of the children; `planes[3..6]`: high x, y, z. In the tree's frame, widened: see
+    /// [`margin`](crate::kernel::margin).
     pub planes: Planes,
     /// Where they are. The flattest come last, for a ray that meets a flat box is likely stopped by the surface that fills it:
     /// rays that look for any hit try the last child first.
@@ -94,17 +95,6 @@ impl Node {
         child: [Child::EMPTY; 8],
         first_block: 0,
     };
-
-    /// The bounds of all children.
-    pub fn bounds(&self) -> Bounds {
-        let least = |row: &[f32; 8]| row.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
-        let greatest = |row: &[f32; 8]| row.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
-        let [x, y, z, far_x, far_y, far_z] = &self.planes;
-        Bounds {
-            low: [least(x), least(y), least(z), 0.0],
-            high: [greatest(far_x), greatest(far_y), greatest(far_z), 0.0],
-        }
-    }
 
     /// Sorts the children by the share of their largest face in half the surface of their box, the flattest last.
     pub(super) fn sort(&mut self) {

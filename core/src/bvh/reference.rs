@@ -14,11 +14,19 @@ pub(super) type Reference = [f32; 8];
 /// Contains nothing.
 pub(super) const EMPTY: Reference = [f32::INFINITY; 8];
 
+/// Coordinates whose squares do not overflow.
+const FARTHEST: f32 = 1e18;
 const ONE: u32 = 1.0f32.to_bits();
 
+/// Coordinates are multiplied by `unit`; what is then very far away counts as less far.
 #[inline(always)]
-pub(super) fn new(bounds: &Bounds, index: u32) -> Reference {
-    let ([x, y, z, _], [far_x, far_y, far_z, _]) = (bounds.low, bounds.high);
+pub(super) fn new(bounds: &Bounds, unit: f32, index: u32) -> Reference {
+    let scaled = |row: &[f32; 4]| {
+        let (mut scaled, far) = ([0.0; 4], FOUR.splat(FARTHEST));
+        (FOUR.load(row, 0) * FOUR.splat(unit)).min(far).max(-far).store(&mut scaled, 0);
+        scaled
+    };
+    let ([x, y, z, _], [far_x, far_y, far_z, _]) = (scaled(&bounds.low), scaled(&bounds.high));
     let half = |bits: u32| f32::from_bits(ONE | bits & 0xffff);
     [x, y, z, half(index), -far_x, -far_y, -far_z, half(index >> 16)]
 }

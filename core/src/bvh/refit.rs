@@ -3,8 +3,10 @@
 use alloc::vec::Vec;
 use core::mem::take;
 
+use super::frame::{frame, reach, samples};
 use super::join::{Join, each};
 use super::{Bvh, Child, Node};
+use crate::kernel::margin::Frame;
 use crate::leaf::{Block, Bounds};
 
 /// Subtrees of no more blocks are done without asking [`Join`].
@@ -19,7 +21,9 @@ impl<B: Block> Bvh<B> {
     /// tree was built stays out, and a primitive more or less needs a tree of its own: build anew.
     pub fn refit(&mut self, join: &impl Join, primitive: impl Fn(usize) -> B::Primitive + Sync) {
         let first_id = self.first_id;
-        self.fill::<false>(join, &|_, block: &mut B| {
+        let first = |block: &B| B::bounds(&primitive((block.ids()[0] - first_id) as usize));
+        let frame = frame(samples(self.leaves.len()).filter_map(|at| first(&self.leaves[at])));
+        self.fill::<false>(join, frame, &|_, block: &mut B| {
             let (mut bounds, ids) = (Bounds::EMPTY, *block.ids());
             for (place, id) in ids.into_iter().enumerate().filter(|&(_, id)| id != crate::NO_HIT) {
                 let moved = primitive((id - first_id) as usize);
@@ -40,9 +44,11 @@ impl<B: Block> Bvh<B> {
     pub(super) fn fill<const NEW: bool>(
         &mut self,
         join: &impl Join,
+        frame: Frame,
         block: &(impl Fn(usize, &mut B) -> Bounds + Sync),
     ) {
         let mut whole = Subtree {
+            frame: &frame,
             root: self.root,
             slot: 0,
             nodes: &mut self.nodes,
@@ -51,12 +57,13 @@ impl<B: Block> Bvh<B> {
             first_block: 0,
         };
         self.bounds = whole.fill::<NEW>(join, block);
-        self.scale = self.bounds.scale();
+        self.frame = Frame { farthest: reach(&self.bounds, frame.center), ..frame };
     }
 }
 
 /// A subtree's nodes and blocks, and where they start in the whole tree.
 struct Subtree<'a, B> {
+    frame: &'a Frame,
     root: Child,
     /// Where its parent has it.
     slot: usize,
@@ -73,10 +80,13 @@ impl<B: Block> Subtree<'_, B> {
             let blocks = self.blocks.iter_mut().enumerate();
             let bounds: Vec<Bounds> = blocks.map(|(i, its)| block(self.first_block + i, its)).collect();
             // Children stand behind their parents: backwards, they are done first.
+            let mut wholes = alloc::vec![Bounds::EMPTY; self.nodes.len()];
             for at in (0..self.nodes.len()).rev() {
                 let mut node = self.nodes[at];
                 for slot in 0..8 {
-                    node.set(slot, &self.bounds(node.child[slot], &bounds), node.child[slot]);
+                    let its = self.bounds(node.child[slot], &bounds, &wholes);
+                    wholes[at].merge(&its);
+                    node.set(slot, &its.within(self.frame), node.child[slot]);
                 }
                 // Not the last ones above the leaves, which are most: their order hardly matters.
                 if NEW && node.child.iter().any(|child| !child.is_leaf()) {
@@ -84,27 +94,28 @@ impl<B: Block> Subtree<'_, B> {
                 }
                 self.nodes[at] = node;
             }
-            return self.bounds(self.root, &bounds);
+            return self.bounds(self.root, &bounds, &wholes);
         }
         let bounds = each(join, &mut self.split(), &|part| (part.slot, part.fill::<NEW>(join, block)));
-        let root = &mut self.nodes[0];
+        let (root, mut whole) = (&mut self.nodes[0], Bounds::EMPTY);
         for (slot, bounds) in bounds {
-            root.set(slot, &bounds, root.child[slot]);
+            root.set(slot, &bounds.within(self.frame), root.child[slot]);
+            whole.merge(&bounds);
         }
         if NEW {
             root.sort();
         }
-        root.bounds()
+        whole
     }
 
-    /// The bounds of a child, from those of the blocks and of what its own children have.
+    /// The bounds of a child, from those of all blocks and nodes.
     #[inline(always)]
-    fn bounds(&self, child: Child, blocks: &[Bounds]) -> Bounds {
+    fn bounds(&self, child: Child, blocks: &[Bounds], nodes: &[Bounds]) -> Bounds {
         if child == Child::EMPTY {
             return Bounds::EMPTY;
         }
         if !child.is_leaf() {
-            return self.nodes[child.index() - self.first_node].bounds();
+            return nodes[child.index() - self.first_node];
         }
         let mut bounds = Bounds::EMPTY;
         for at in child.leaf_range() {
@@ -133,6 +144,7 @@ impl<B: Block> Subtree<'_, B> {
             let (others, its_blocks) = take(&mut blocks).split_at_mut(starts[slot] - *first_block);
             (nodes, blocks) = (rest, others);
             parts.push(Subtree {
+                frame: self.frame,
                 root,
                 slot,
                 first_node: *first_node + 1 + node,

@@ -50,17 +50,12 @@ pub fn slabs<T: Token>(
 }
 
 /// What [`padded`] and [`padded_sorted`] subtract from the distances of low and of high planes: those of the origin, moved
-/// outwards by `margin`, which widens every box by as much. `largest` is the greatest coordinate that takes part. NaN, which
-/// the tests pass over, where products overflow, as those of short directions.
+/// outwards by `margin`, which widens every box by as much. `away` is the greatest coordinate of the origin. NaN, which
+/// the tests pass over, where products with it overflow, as those of short directions; where those with planes do, they are
+/// infinite, and the order of distances is kept.
 #[inline(always)]
-pub fn padded_origin<T: Token>(
-    token: T,
-    origin: T::F32,
-    inverse: T::F32,
-    margin: T::F32,
-    largest: T::F32,
-) -> [T::F32; 2] {
-    let finite = (largest * token.splat(4.0) * inverse).abs().lt(token.splat(f32::INFINITY));
+pub fn padded_origin<T: Token>(token: T, origin: T::F32, inverse: T::F32, margin: T::F32, away: T::F32) -> [T::F32; 2] {
+    let finite = (away * token.splat(4.0) * inverse).abs().lt(token.splat(f32::INFINITY));
     let inverse = inverse.select(finite, token.splat(f32::NAN));
     [(origin + margin) * inverse, (origin - margin) * inverse]
 }

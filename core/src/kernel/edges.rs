@@ -20,9 +20,10 @@
 //!
 //! Parallel rays differ in their bases instead, which are x and y where they pass a plane of equal depth. Corners that are sheared
 //! onto that plane are moved across a ray by what its base is moved, so the same holds with a depth of 1. Let S be the
-//! greatest coordinate of a corner or origin. The exact test errs by 7 u S and u X in a corner (subtracting the origin, in depth
-//! and sideways, and the product); ours by 8 u S, in the bases by 7 u S, in their middle and the window's by 6 u S: together 28 u S a
-//! corner, 112 u S X an edge function. `PARALLEL_SLACK` is half again of that.
+//! sum of the greatest coordinates of a corner and of an origin, in the tree's frame. The exact test errs by 7 u S and u X in a corner
+//! (subtracting the origin, in depth and sideways, and the product); ours by 8 u S, in the bases by 7 u S, in their middle and the
+//! window's by 6 u S, and by 2 u S where both are moved into the frame: together 30 u S a corner, 120 u S X an edge function.
+//! `PARALLEL_SLACK` is half again of that.
 //!
 //! - NaN: anything; the exact test says no.
 //! - Degenerate triangles and coordinates out of proportion: may hit.
@@ -31,6 +32,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::group_shears::{GroupShears, Parallel, Window};
 use super::groups::group_lanes;
+use super::margin::larger;
 
 /// Slack by X^2 and by Z X: see the [module](self).
 const SLACK: [f32; 2] = [64.0 / (1 << 24) as f32, 16.0 / (1 << 24) as f32];
@@ -66,10 +68,15 @@ impl<const B: usize> Edges<B> {
     #[inline(always)]
     pub fn parallel(corners: &[[[f32; B]; 3]; 3], rays: &Parallel, axes: [usize; 3], window: &Window) -> Self {
         let [x, y] = window.center;
-        Self::of::<true>(corners, [x, y, rays.start], rays.shear, axes, window.radius, rays.scale)
+        let mut corners = *corners;
+        for (row, center) in corners.iter_mut().flat_map(|corner| corner.iter_mut().zip(rays.center)) {
+            row.iter_mut().for_each(|x| *x -= center);
+        }
+        Self::of::<true>(&corners, [x, y, rays.start], rays.shear, axes, window.radius, rays.away)
     }
 
-    /// What moves a corner across the rays when they move by 1 is its depth from an origin, and 1 if they are `PARALLEL`.
+    /// What moves a corner across the rays when they move by 1 is its depth from an origin, and 1 if they are `PARALLEL`; then `away` is
+    /// the greatest coordinate of an origin.
     #[inline(always)]
     fn of<const PARALLEL: bool>(
         corners: &[[[f32; B]; 3]; 3],
@@ -77,25 +84,27 @@ impl<const B: usize> Edges<B> {
         [cx, cy]: [f32; 2],
         axes: [usize; 3],
         radius: f32,
-        scale: f32,
+        away: f32,
     ) -> Self {
         let mut edges = Self::NONE;
         let [x, y, z] = [axes[0] % 3, axes[1] % 3, axes[2] % 3];
         for i in 0..B {
             let (mut px, mut py, mut depth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-            let mut wide = [0.0; 3];
+            let (mut wide, mut far) = ([0.0; 3], away);
             for k in 0..3 {
                 depth[k] = corners[k][z][i] - oz;
                 px[k] = corners[k][x][i] - ox - cx * depth[k];
                 py[k] = corners[k][y][i] - oy - cy * depth[k];
                 wide[k] = larger(px[k].abs(), py[k].abs());
                 if PARALLEL {
+                    let size = larger(larger(corners[k][x][i].abs(), corners[k][y][i].abs()), corners[k][z][i].abs());
+                    far = larger(far, away + size);
                     depth[k] = 1.0;
                 }
             }
             let deep = larger(larger(depth[0].abs(), depth[1].abs()), depth[2].abs());
             let wide = larger(larger(wide[0], wide[1]), wide[2]) + radius * deep;
-            let by_size = if PARALLEL { PARALLEL_SLACK * scale } else { SLACK[1] * deep };
+            let by_size = if PARALLEL { PARALLEL_SLACK * far } else { SLACK[1] * deep };
             let slack = wide * (SLACK[0] * wide + by_size) + RANGE[0];
             let (mut most, mut least) = ([0.0; 3], [0.0; 3]);
             for k in 0..3 {
@@ -164,11 +173,6 @@ fn bounds<F: F32Lanes>([x, y, one]: [F; 3], turned: [F; 2], radius: [F; 2]) -> [
     let middle = value([x, y, one], turned);
     let spread = x.abs().mul_add(radius[0], y.abs() * radius[1]);
     [middle - spread, middle + spread]
-}
-
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 #[inline(always)]

@@ -18,8 +18,9 @@ use super::boxes::{Planes, row};
 use super::group_bounds::GroupBounds;
 use super::group_shears::{GroupShears, Parallel};
 use super::groups::{GROUPS, Row, greatest, group_lanes, group_size, least};
-use super::margin::PAD;
+use super::margin::{Frame, PAD};
 use crate::rays::AXES;
+use crate::vector::load3;
 use crate::{Column, Rays};
 
 /// The groups of a packet that travel together.
@@ -98,7 +99,7 @@ impl NodeDistances {
 
 /// Groups of rays whose slopes differ by more than this (a tile of 4x4 pixels is a few thousandths wide) have diverged.
 const WIDE: f32 = 1.0 / 160.0;
-/// How many times as wide as the slopes the bases may be, as a share of the scene.
+/// How many times as wide as the slopes the bases may be, as a share of what the scene's frame holds.
 const SPREAD: f32 = 2.0;
 
 impl Frusta {
@@ -115,7 +116,7 @@ impl Frusta {
         let backward = class & 1 != 0;
         let way = if backward { -1.0 } else { 1.0 };
         let [x, y, z] = AXES[axis];
-        let margin = bounds.scale * PAD;
+        let margin = bounds.away * PAD;
         let mut slope = [[0.0; 2]; 2];
         for k in 0..2 {
             slope[k][0] = least::<T, N>(token, &bounds.slope[0][k], groups);
@@ -128,7 +129,7 @@ impl Frusta {
         let bases = if COMMON_ORIGIN {
             [[bounds.origin[0][x], bounds.origin[0][y]]; 2]
         } else {
-            bases::<T, N>(token, rays, groups, [x, y, z], first)
+            bases::<T, N>(token, rays, &bounds.frame, groups, [x, y, z], first)
         };
         let mut base = [[0.0; 2]; 2];
         for k in 0..2 {
@@ -171,7 +172,7 @@ impl Frusta {
                 bound.outer_slope = outer * way;
                 bound.outer_base = base[k][side] + if side == 0 { -margin } else { margin };
             }
-            let widths = token.splat(bounds.scale * (WIDE / SPREAD));
+            let widths = token.splat(bounds.frame.size * (WIDE / SPREAD));
             let zero = token.splat(0.0);
             let mut at = 0;
             while at < group_lanes(N) {
@@ -209,7 +210,8 @@ impl Frusta {
         if COMMON_ORIGIN {
             frusta.shears = Some(GroupShears::new(token, &bounds.slope, slope, lanes, None));
         } else if slope[0][0] == slope[0][1] && slope[1][0] == slope[1][1] {
-            let parallel = Parallel { shear: [slope[0][0], slope[1][0]], start: first, scale: bounds.scale };
+            let (center, away) = (bounds.frame.center, bounds.away);
+            let parallel = Parallel { center, shear: [slope[0][0], slope[1][0]], start: first, away };
             frusta.shears = Some(GroupShears::new(token, &bases, base, lanes, Some(parallel)));
         }
         frusta.diverged = if frusta.shears.is_some() { frusta.diverged & groups } else { groups };
@@ -343,6 +345,7 @@ impl Frusta {
 fn bases<T: Token, const N: usize>(
     token: T,
     rays: &Rays<N>,
+    frame: &Frame,
     groups: u32,
     [x, y, z]: [usize; 3],
     start: f32,
@@ -359,11 +362,11 @@ fn bases<T: Token, const N: usize>(
         let mut at = group * size;
         while at < (group + 1) * size {
             let active = rays.active(token, at);
-            let origin = rays.origins();
-            let depth = token.splat(start) - token.load(&origin[z][..], at);
+            let origin = frame.origins(token, load3(token, rays.origins(), at));
+            let depth = token.splat(start) - origin[z];
             for (k, axis) in [x, y].into_iter().enumerate() {
                 let slope = token.load(&rays.shear_columns()[k][..], at);
-                let base = depth.mul_add(slope, token.load(&origin[axis][..], at)).select(active, nan);
+                let base = depth.mul_add(slope, origin[axis]).select(active, nan);
                 (least[k], greatest[k]) = (base.min(least[k]), base.max(greatest[k]));
             }
             at += T::LANES;

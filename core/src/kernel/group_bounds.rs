@@ -9,6 +9,7 @@
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::groups::{GROUPS, Row, group_size};
+use super::margin::{Frame, larger};
 use crate::{Column, Rays};
 
 /// The class of a group whose rays have nothing in common: they are traced as a stream.
@@ -28,18 +29,20 @@ pub struct GroupBounds {
     pub slope: [[Row; 2]; 2],
     /// The reciprocal of the direction along z that is least in size: it makes depths into the least distances.
     pub inverse: Row,
-    /// Least and greatest origins.
+    /// Least and greatest origins, in the frame.
     pub origin: [[Row; 3]; 2],
     /// The far end of each group's intervals.
     pub t_max: Row,
-    /// The greatest coordinate of the tree and of the origins.
-    pub scale: f32,
+    /// The greatest coordinate of the origins of groups that have a class.
+    pub away: f32,
+    /// What origins are relative to.
+    pub frame: Frame,
 }
 
 impl GroupBounds {
-    /// Looks at all groups of a packet, whose shears are derived; `scale` is the greatest coordinate of the tree.
+    /// Looks at all groups of a packet, whose shears are derived.
     #[inline(always)]
-    pub fn new<T: Token, const N: usize, const COMMON_ORIGIN: bool>(token: T, rays: &Rays<N>, scale: f32) -> Self {
+    pub fn new<T: Token, const N: usize, const COMMON_ORIGIN: bool>(token: T, rays: &Rays<N>, frame: &Frame) -> Self {
         let zero = Column::splat(0.0);
         let mut bounds = Self {
             class: [MIXED; GROUPS],
@@ -47,7 +50,8 @@ impl GroupBounds {
             inverse: zero,
             origin: [[zero; 3]; 2],
             t_max: Column::splat(f32::NEG_INFINITY),
-            scale,
+            away: 0.0,
+            frame: *frame,
         };
         let range = rays.range();
         let size = group_size(N);
@@ -60,21 +64,21 @@ impl GroupBounds {
         }
         if COMMON_ORIGIN {
             let (origin, _) = rays.ray(range.start);
-            for (axis, x) in origin.to_array().into_iter().enumerate() {
+            for (axis, x) in frame.origin(origin.to_array()).into_iter().enumerate() {
                 bounds.origin[0][axis] = Column::splat(x);
                 bounds.origin[1][axis] = Column::splat(x);
-                bounds.scale = max(x.abs(), bounds.scale);
+                bounds.away = larger(x.abs(), bounds.away);
             }
         } else {
             for group in range.start / size..range.end.div_ceil(size) {
                 for axis in 0..if bounds.class(group) == MIXED { 0 } else { 3 } {
                     let (least, greatest) =
                         (bounds.origin[0][axis][group % GROUPS], bounds.origin[1][axis][group % GROUPS]);
-                    bounds.scale = max(max(least.abs(), greatest.abs()), bounds.scale);
+                    bounds.away = larger(larger(least.abs(), greatest.abs()), bounds.away);
                 }
             }
         }
-        if bounds.scale > FARTHEST {
+        if larger(bounds.away, frame.farthest) > FARTHEST {
             bounds.class = [MIXED; GROUPS];
         }
         bounds
@@ -134,7 +138,7 @@ impl GroupBounds {
                 }
                 (low[k], high[k]) = (x.min(low[k]), x.max(high[k]));
                 if !COMMON_ORIGIN {
-                    let mut x = token.load(&rays.origins()[k][..], at);
+                    let mut x = token.load(&rays.origins()[k][..], at) - token.splat(self.frame.center[k]);
                     if MASKED {
                         x = x.select(active, nan);
                     }
@@ -162,16 +166,10 @@ impl GroupBounds {
                 let (low, high) = (low_origin[k].reduce_min(), high_origin[k].reduce_max());
                 (self.origin[0][k][group], self.origin[1][k][group]) = (low, high);
                 // One ray from nowhere must not blur the others' bounds.
-                if max(low.abs(), high.abs()) > FARTHEST {
+                if larger(low.abs(), high.abs()) > FARTHEST {
                     self.class[group] = MIXED;
                 }
             }
         }
     }
-}
-
-/// `if x > y { x } else { y }`
-#[inline(always)]
-fn max(x: f32, y: f32) -> f32 {
-    if x > y { x } else { y }
 }

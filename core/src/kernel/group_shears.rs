@@ -4,6 +4,7 @@
 use mobula_simd::{F32Lanes, Token};
 
 use super::groups::Row;
+use super::margin::larger;
 use crate::Column;
 
 /// The least rectangle around the shears of the rays that are asked about.
@@ -48,10 +49,12 @@ pub struct GroupShears {
 pub struct Parallel {
     /// Their shears, x and y.
     pub shear: [f32; 2],
+    /// What bases and `start` are relative to.
+    pub center: [f32; 3],
     /// The depth at which bases are taken.
     pub start: f32,
-    /// The greatest coordinate of an origin or a primitive.
-    pub scale: f32,
+    /// The greatest coordinate of an origin.
+    pub away: f32,
 }
 
 impl Default for GroupShears {
@@ -91,9 +94,4 @@ impl GroupShears {
         }
         of
     }
-}
-
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }

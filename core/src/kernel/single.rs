@@ -7,7 +7,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::aabb::padded_sorted;
 use super::boxes::{Planes, rows};
-use super::margin::PAD;
+use super::margin::{Frame, PAD, larger};
 use crate::vector::splat3;
 use crate::{Properties, Rays};
 
@@ -54,17 +54,17 @@ impl OneRay {
     }
 }
 
-/// See [`super::aabb::padded_origin`], of ray `i`; `scale` is the greatest coordinate of the tree.
+/// See [`super::aabb::padded_origin`], of ray `i`.
 #[inline(always)]
-pub fn padded_origin<const N: usize>(rays: &Rays<N>, scale: f32, i: usize) -> [[f32; 3]; 2] {
-    let (origin, inverse) = (rays.origins(), rays.inverse_columns());
-    let largest = (0..3).fold(scale, |s, k| if origin[k][i].abs() > s { origin[k][i].abs() } else { s });
-    let margin = largest * PAD;
+pub fn padded_origin<const N: usize>(rays: &Rays<N>, frame: &Frame, i: usize) -> [[f32; 3]; 2] {
+    let (origin, inverse) = (frame.origin(rays.ray(i).0.to_array()), rays.inverse_columns());
+    let away = origin.iter().fold(0.0, |away, x| larger(x.abs(), away));
+    let margin = away * PAD;
     let mut padded = [[f32::NAN; 3]; 2];
     for k in 0..3 {
         let inverse = inverse[k][i];
-        if (4.0 * largest * inverse).is_finite() {
-            (padded[0][k], padded[1][k]) = ((origin[k][i] + margin) * inverse, (origin[k][i] - margin) * inverse);
+        if (4.0 * away * inverse).is_finite() {
+            (padded[0][k], padded[1][k]) = ((origin[k] + margin) * inverse, (origin[k] - margin) * inverse);
         }
     }
     padded

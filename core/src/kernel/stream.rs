@@ -10,7 +10,7 @@ use mobula_simd::{F32Lanes, Token};
 
 use super::aabb::{padded, padded_origin};
 use super::boxes::{Planes, overlapping};
-use super::margin::PAD;
+use super::margin::{Frame, PAD};
 use crate::vector::load3;
 use crate::{Column, Rays};
 
@@ -19,33 +19,33 @@ use crate::{Column, Rays};
 pub struct Stream<const W: usize> {
     /// See [`padded_origin`].
     padded: [[Column<f32, W>; 3]; 2],
-    /// The least and the greatest coordinates that the rays pass, moved outwards by the margin.
+    /// The least and the greatest coordinates that the rays pass, in the tree's frame, moved outwards by the margin.
     around: [[f32; 3]; 2],
 }
 
 impl<const W: usize> Stream<W> {
-    /// Of the active rays, whose inverse directions are derived; `scale` is the greatest coordinate of the tree.
+    /// Of the active rays, whose inverse directions are derived.
     #[inline(always)]
-    pub fn new<T: Token>(token: T, rays: &Rays<W>, scale: f32) -> Self {
+    pub fn new<T: Token>(token: T, rays: &Rays<W>, frame: &Frame) -> Self {
         let zero = [Column::splat(0.0); 3];
         let mut stream = Self { padded: [zero; 2], around: [[0.0; 3]; 2] };
         let (inf, minus_inf, nan) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY), token.splat(f32::NAN));
         let (mut least, mut greatest) = ([inf; 3], [minus_inf; 3]);
         let mut at = 0;
         while at < W {
-            let origins = load3(token, rays.origins(), at);
-            let mut largest = token.splat(scale);
+            let origins = frame.origins(token, load3(token, rays.origins(), at));
+            let mut away = token.splat(0.0);
             for origin in origins {
-                largest = origin.abs().max(largest);
+                away = origin.abs().max(away);
             }
-            let margin = largest * token.splat(PAD);
+            let margin = away * token.splat(PAD);
             let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
             let searching = rays.active(token, at) & t_min.le(t_max);
             // Where it starts: at the origin, unless behind it.
             let t_min = t_min.min(token.splat(0.0));
             for (k, origin) in origins.into_iter().enumerate() {
                 let inverse = token.load(&rays.inverse_columns()[k][..], at);
-                let [low, high] = padded_origin(token, origin, inverse, margin, largest);
+                let [low, high] = padded_origin(token, origin, inverse, margin, away);
                 low.store(&mut stream.padded[0][k][..], at);
                 high.store(&mut stream.padded[1][k][..], at);
                 // A NaN on the left of `min` and `max` is passed over: rays that are done, and 0 times infinity, which leads nowhere.

@@ -9,6 +9,7 @@ use mobula_simd::{Dispatch, Token};
 
 use super::{Dice, Draft, Outcome};
 use crate::kernel::frusta::Frusta;
+use crate::kernel::margin::Frame;
 use crate::{Column, Hits, NO_HIT, Properties, Rays};
 
 /// A kernel, or a special case of one, written once for every level and packet width.
@@ -86,8 +87,8 @@ pub struct Work<P, const N: usize> {
     pub primitives: Vec<P>,
     /// What was hit, an answer; other kernels than those that look for hits leave any integer a ray there.
     pub hits: Hits<N>,
-    /// The greatest coordinate of the primitives, where [`Kernel::derive`] works it out.
-    pub scale: f32,
+    /// The frame of the boxes, where [`Kernel::derive`] works it out.
+    pub frame: Frame,
     /// The rays that travel together, and the groups that do, where [`Kernel::derive`] finds them.
     pub frusta: Option<(Frusta, u32)>,
     /// Answers of any other shape: [`Kernel::extra`] floats.
@@ -111,7 +112,7 @@ impl<P: Clone, const N: usize> Work<P, N> {
             rays,
             primitives: draft.primitives.clone(),
             hits: Hits::default(),
-            scale: 0.0,
+            frame: Frame::default(),
             frusta: None,
             // Not zero, so that a store too many or too few shows.
             extra: alloc::vec![-12345.0; extra],

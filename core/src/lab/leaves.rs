@@ -12,6 +12,7 @@ use super::{Dice, Draft, Kernel, Outcome, Work};
 use crate::kernel::frusta::Frusta;
 use crate::kernel::group_bounds::{GroupBounds, MIXED};
 use crate::kernel::groups::group_size;
+use crate::kernel::margin::Frame;
 use crate::kernel::single::{OneRay, SingleRay};
 use crate::leaf::{BLOCK, Block, Leaf};
 use crate::oracle::{self, Truth};
@@ -139,7 +140,8 @@ impl<B: LabBlock, const N: usize> Work<B, N> {
     fn derive(&mut self) {
         self.rays.shears(Scalar::new());
         self.rays.inverse_directions(Scalar::new());
-        self.scale = self.primitives.iter().fold(0.0, |scale, block| block.whole().scale().max(scale));
+        let farthest = self.primitives.iter().fold(0.0, |far, block| block.whole().scale().max(far));
+        self.frame = Frame { size: farthest, farthest, ..Frame::default() };
     }
 }
 
@@ -282,7 +284,7 @@ impl<P, const N: usize> Work<P, N> {
 /// Bounds the groups of a packet, and the first class of them: a task, so that all kernels share one copy of it.
 pub(super) struct AroundFirst<'a, const N: usize, const CO: bool> {
     rays: &'a Rays<N>,
-    scale: f32,
+    frame: &'a Frame,
 }
 
 /// What [`AroundFirst`] finds.
@@ -294,7 +296,7 @@ pub(super) struct Around {
 
 impl<'a, const N: usize, const CO: bool> AroundFirst<'a, N, CO> {
     pub(super) fn of<P>(work: &'a Work<P, N>) -> Self {
-        Self { rays: &work.rays, scale: work.scale }
+        Self { rays: &work.rays, frame: &work.frame }
     }
 }
 
@@ -303,12 +305,12 @@ impl<const N: usize, const CO: bool> Task for AroundFirst<'_, N, CO> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Around {
-        let Self { rays, scale } = self;
+        let Self { rays, frame } = self;
         let range = rays.range();
         if range.is_empty() {
             return Around::default();
         }
-        let bounds = GroupBounds::new::<T, N, CO>(token, rays, scale);
+        let bounds = GroupBounds::new::<T, N, CO>(token, rays, frame);
         let size = group_size(N);
         let mut class = MIXED;
         for group in range.start / size..range.end.div_ceil(size) {

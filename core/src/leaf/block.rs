@@ -29,7 +29,7 @@ pub trait Block: Copy + Send + Sync + Zeroable + 'static {
     /// Four primitives with all that is the same for every ray of a packet worked out.
     type Prepared: Copy;
 
-    /// The bounds of a primitive; `None` if it is not finite or degenerate, and so left out.
+    /// The bounds of a primitive, all of it: what is rounded here is rounded [outwards](Bounds::outward). `None` if it is not finite or degenerate, and so left out.
     fn bounds(primitive: &Self::Primitive) -> Option<Bounds>;
 
     /// Puts a primitive at a place.

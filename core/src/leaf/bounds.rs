@@ -2,6 +2,8 @@
 
 use mobula_simd::{Sse2, Token};
 
+use crate::kernel::margin::Frame;
+
 /// A vector of one point, whatever the level.
 pub(crate) type Four = <Sse2 as Token>::F32;
 
@@ -61,6 +63,22 @@ impl Bounds {
     #[inline(always)]
     pub fn middle2(&self) -> [f32; 4] {
         core::array::from_fn(|axis| self.low[axis] + self.high[axis])
+    }
+
+    /// One step outwards to the next numbers on each side: for corners that were rounded once.
+    #[inline(always)]
+    pub fn outward(&self) -> Self {
+        Self { low: self.low.map(f32::next_down), high: self.high.map(f32::next_up) }
+    }
+
+    /// In a frame, widened; what is empty stays so.
+    pub fn within(&self, frame: &Frame) -> Self {
+        let ([x, y, z, _], [far_x, far_y, far_z, _]) = (self.low, self.high);
+        if x > far_x {
+            return Self::EMPTY;
+        }
+        let [[x, y, z], [far_x, far_y, far_z]] = frame.widen([x, y, z], [far_x, far_y, far_z]);
+        Self { low: [x, y, z, 0.0], high: [far_x, far_y, far_z, 0.0] }
     }
 
     /// Are all six coordinates finite, and is it not empty?

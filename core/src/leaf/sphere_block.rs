@@ -43,7 +43,7 @@ impl Block for SphereBlock {
     fn bounds(&[x, y, z, r]: &[f32; 4]) -> Option<Bounds> {
         let (low, high) = ([x - r, y - r, z - r], [x + r, y + r, z + r]);
         let finite = low.iter().chain(&high).all(|x| x.is_finite());
-        (RADII.contains(&r) && finite).then(|| Bounds::of_points(&[low, high]))
+        (RADII.contains(&r) && finite).then(|| Bounds::of_points(&[low, high]).outward())
     }
 
     #[inline(always)]

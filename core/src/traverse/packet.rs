@@ -132,7 +132,7 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
 ) -> u32 {
     let size = group_size(N);
     let range = rays.range();
-    let bounds = GroupBounds::new::<T, N, COMMON_ORIGIN>(token, rays, bvh.scale);
+    let bounds = GroupBounds::new::<T, N, COMMON_ORIGIN>(token, rays, &bvh.frame);
     let (mut left, mut others) = (0u32, 0u32);
     for group in range.start / size..range.end.div_ceil(size) {
         if bounds.class(group) == MIXED {
@@ -237,6 +237,7 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
                     token,
                     self.rays,
                     self.signs,
+                    &self.bvh.frame,
                     self.frusta.margin(),
                     planes,
                     slot,
@@ -268,7 +269,7 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
             while lanes != 0 {
                 let i = 64 * word + lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
-                let ray = OneRay::of(self.rays, i, padded_origin(self.rays, self.bvh.scale, i));
+                let ray = OneRay::of(self.rays, i, padded_origin(self.rays, &self.bvh.frame, i));
                 let (bvh, hit, base) = (self.bvh, self.sink.single(self.rays, i), above.top);
                 let stack = &mut *above.stack;
                 let found = if S::ANY {

@@ -42,7 +42,7 @@ impl<const W: usize, L: Leaf, S: Sink<W>> Task for TraceStream<'_, W, L, S> {
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
         let Self { bvh, rays, sink, active, roots, stack } = self;
-        let stream = Stream::new(token, rays, bvh.scale);
+        let stream = Stream::new(token, rays, &bvh.frame);
         StreamWalk { bvh, rays, sink, stream }.down(token, active, roots, stack);
     }
 }

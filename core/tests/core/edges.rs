@@ -6,6 +6,7 @@ use crate::common::Random;
 use mobula_core::kernel::edges::Edges;
 use mobula_core::kernel::frusta::Frusta;
 use mobula_core::kernel::group_bounds::{GroupBounds, MIXED};
+use mobula_core::kernel::margin::Frame;
 use mobula_core::kernel::triangle::{ShearedRay, triangle};
 use mobula_core::simd::{AnyToken, MaskLanes, Task, Token};
 use mobula_core::vector::{splat3, sub};
@@ -64,7 +65,7 @@ impl Task for Compare<'_> {
     fn run<T: Token>(self, token: T) {
         self.rays.shears(token);
         let rays = &*self.rays;
-        let bounds = GroupBounds::new::<T, N, true>(token, rays, 0.0);
+        let bounds = GroupBounds::new::<T, N, true>(token, rays, &Frame::default());
         let class = bounds.class(0);
         // A ray whose shear is not a number, or groups that go opposite ways.
         if class == MIXED || bounds.of_class(class) & 0xf != 0xf {

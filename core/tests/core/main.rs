@@ -3,6 +3,7 @@
 mod bad_input;
 mod common;
 mod edges;
+mod far;
 #[path = "../../../simd/tests/common/levels.rs"]
 mod levels;
 mod oracle;

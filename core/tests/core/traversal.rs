@@ -96,14 +96,18 @@ proptest! {
         shape in prop::sample::select(SHAPES.to_vec()),
         aim in prop::sample::select(AIMS.to_vec()),
         count in prop::sample::select(vec![1usize, 2, 4, 5, 9, 33, 150]),
-        scale in prop::sample::select(vec![1.0f32, 1.0, 1e-6, 1e6, 1e-12, 1e12]),
-        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::ZERO, Vec3::new(30.0, -10.0, 20.0), Vec3::splat(1e4)]),
+        scale in prop::sample::select(vec![1.0f32, 1.0, 1e-6, 1e6, 1e-12, 1e12, 1e-30, 1e-38, 1e-43]),
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::ZERO, Vec3::new(30.0, -10.0, 20.0), Vec3::splat(1e4), Vec3::new(1e6, 0.0, -1e5)]),
+        far in prop::sample::select(vec![0.0f32, 0.0, 1e3, 1e6, 1e20]),
     ) {
         let mut random = Random(seed);
         let offset = offset * scale;
-        let triangles = shape.triangles(count, scale, offset, &mut random);
+        let mut triangles = shape.triangles(count, scale, offset, &mut random);
+        if far > 0.0 {
+            triangles[0][random.below(3)][random.below(3)] += far * scale;
+        }
         let bvh = Bvh::<TriangleBlock>::triangles(count, 0, &Serial, |i| triangles[i]);
-        let context = format!("{shape:?} {aim:?} {count}");
+        let context = format!("{shape:?} {aim:?} {count} {far}");
         let ray = |i, random: &mut Random| aim.ray(i, 1, &triangles, scale, offset, random);
         let common = aim.common_origin();
         agree(&bvh, &packet::<1>(&mut random, common, ray), &context);

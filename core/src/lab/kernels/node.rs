@@ -10,7 +10,7 @@ use crate::kernel::boxes::Planes;
 use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
 use crate::kernel::frusta::NodeDistances;
 use crate::kernel::groups::group_size;
-use crate::kernel::margin::PAD;
+use crate::kernel::margin::{Frame, PAD, larger};
 use crate::kernel::single::{OneRay, SingleRay, padded_origin};
 use crate::kernel::stream::Stream;
 use crate::lab::find::{in_reach, ray_in_reach};
@@ -44,8 +44,11 @@ fn aim(dice: &mut Dice<'_>, planes: &Planes) -> [f32; 3] {
     })
 }
 
-fn scale(nodes: &[Planes]) -> f32 {
-    nodes.iter().flatten().flatten().map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f32::max)
+/// Boxes are as they would be in a tree around zero, but not widened: that is for who fills the tree.
+fn frame(nodes: &[Planes]) -> Frame {
+    let sizes = nodes.iter().flatten().flatten().map(|x| x.abs());
+    let farthest = sizes.filter(|x| x.is_finite()).fold(0.0, f32::max);
+    Frame { center: [0.0; 3], size: farthest, farthest }
 }
 
 macro_rules! of_nodes {
@@ -86,7 +89,7 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodePacket<COMMON_ORIGIN> {
 
     fn derive<const N: usize>(token: impl Dispatch, work: &mut Work<Planes, N>) {
         work.rays.shears(Scalar::new());
-        work.scale = scale(&work.primitives);
+        work.frame = frame(&work.primitives);
         work.frusta = work.frusta::<COMMON_ORIGIN>(token);
         for i in work.rays.range() {
             // Which rays have a frustum around them.
@@ -157,15 +160,15 @@ fn store(lanes: &[u64], out: &mut [f32]) {
     }
 }
 
-/// Were the boxes met that are truly met, and no others? `scale` is what the margin follows from.
-fn verify_bits(draft: &Draft<Planes>, outcome: &Outcome, scale: f32) -> Result<(), String> {
+/// Were the boxes met that are truly met, and no others? `farthest` is the greatest coordinate that the margin may follow from.
+fn verify_bits(draft: &Draft<Planes>, outcome: &Outcome, farthest: f32) -> Result<(), String> {
     let width = words(draft.rays.len());
     for (node, planes) in draft.primitives.iter().enumerate() {
         for slot in 0..8 {
             let [low, high] = corners(planes, slot);
             for i in draft.range.clone() {
                 let met = outcome.extra((node * 8 + slot) * width + i / 16).to_bits() >> (i % 16) & 1 != 0;
-                judge(&draft.rays[i], [low, high], scale, met).map_err(|what| format!("ray {i}: {what}"))?;
+                judge(&draft.rays[i], [low, high], farthest, met).map_err(|what| format!("ray {i}: {what}"))?;
             }
         }
     }
@@ -173,9 +176,9 @@ fn verify_bits(draft: &Draft<Planes>, outcome: &Outcome, scale: f32) -> Result<(
 }
 
 /// Is it right that a ray met a box, or not?
-fn judge(ray: &DraftRay, [low, high]: [[f32; 3]; 2], scale: f32, met: bool) -> Result<(), String> {
+fn judge(ray: &DraftRay, [low, high]: [[f32; 3]; 2], farthest: f32, met: bool) -> Result<(), String> {
     let Some((truth, _)) = box_truth(low, high, &ray.exact()) else { return Ok(()) };
-    let guard = if truth.t.is_some() { GUARD } else { widened(ray, low, high, scale) };
+    let guard = if truth.t.is_some() { GUARD } else { widened(ray, low, high, farthest) };
     if truth.margin > guard && truth.t.is_some() != met {
         return Err(format!("{low:?} {high:?}: met {met}, {truth:?}; {ray:?}"));
     }
@@ -198,11 +201,7 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodeDiverged<COMMON_ORIGIN> {
 
     fn derive<const N: usize>(_token: impl Dispatch, work: &mut Work<Planes, N>) {
         work.rays.inverse_directions(Scalar::new());
-        let Work { rays, scale: greatest, primitives, .. } = work;
-        *greatest = scale(primitives);
-        for i in rays.range() {
-            *greatest = rays.ray(i).0.abs().to_array().into_iter().fold(*greatest, |s, x| if x > s { x } else { s });
-        }
+        work.frame = frame(&work.primitives);
     }
 
     #[inline(always)]
@@ -210,20 +209,23 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodeDiverged<COMMON_ORIGIN> {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        let Work { rays, primitives, extra, scale, .. } = work;
+        let Work { rays, primitives, extra, frame, .. } = work;
         if rays.range().is_empty() {
             return;
         }
         let signs = rays.octant().unwrap_or(ANY_SIGNS);
-        let margin = *scale * PAD;
+        // That of the ray that starts farthest away.
+        let origins = rays.origins().iter().flat_map(|column| &column[rays.range()]);
+        let margin = origins.fold(0.0, |away, x| larger(x.abs(), away)) * PAD;
         let mut lanes = [0; WORDS];
         // Where fewer rays than N were asked for, the last words have no place.
         let width = extra.len() / primitives.len().max(1) / 8;
         for (planes, out) in primitives.iter().zip(extra.chunks_exact_mut(8 * width.max(1))) {
             for (slot, out) in out.chunks_exact_mut(width.max(1)).enumerate() {
                 let groups = (1 << N.div_ceil(group_size(N))) - 1;
-                let (_, count) =
-                    rays_meeting::<T, N, COMMON_ORIGIN>(token, rays, signs, margin, planes, slot, groups, &mut lanes);
+                let (_, count) = rays_meeting::<T, N, COMMON_ORIGIN>(
+                    token, rays, signs, frame, margin, planes, slot, groups, &mut lanes,
+                );
                 core::hint::black_box(count);
                 store(&lanes, out);
             }
@@ -233,11 +235,7 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodeDiverged<COMMON_ORIGIN> {
     fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
         // The margin of a packet is that of the ray that starts farthest away.
         let origins = draft.rays[draft.range.clone()].iter().flat_map(|ray| ray.origin);
-        verify_bits(
-            draft,
-            outcome,
-            origins.fold(scale(&draft.primitives), |s, x| if x.abs() > s { x.abs() } else { s }),
-        )
+        verify_bits(draft, outcome, origins.fold(frame(&draft.primitives).farthest, |far, x| larger(x.abs(), far)))
     }
 
     /// One origin moves the box in place of the ray, by the same margin but with other roundings.
@@ -261,7 +259,7 @@ impl Kernel for NodeStream {
 
     fn derive<const N: usize>(_token: impl Dispatch, work: &mut Work<Planes, N>) {
         work.rays.inverse_directions(Scalar::new());
-        work.scale = scale(&work.primitives);
+        work.frame = frame(&work.primitives);
     }
 
     #[inline(always)]
@@ -277,19 +275,19 @@ impl Kernel for NodeStream {
     }
 
     fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
-        verify_bits(draft, outcome, scale(&draft.primitives))
+        verify_bits(draft, outcome, frame(&draft.primitives).farthest)
     }
 }
 
 #[inline(always)]
 fn streams<T: Token, const N: usize, const W: usize>(token: T, work: &mut Work<Planes, N>) {
-    let Work { rays, primitives, extra, scale, .. } = work;
+    let Work { rays, primitives, extra, frame, .. } = work;
     let width = extra.len() / primitives.len().max(1) / 8;
     let (mut copies, mut from) = (Rays::<W>::default(), 0);
     while from < N {
         rays.section(from, &mut copies);
         if !copies.range().is_empty() {
-            let stream = Stream::new(token, &copies, *scale);
+            let stream = Stream::new(token, &copies, frame);
             for (planes, out) in primitives.iter().zip(extra.chunks_exact_mut(8 * width.max(1))) {
                 let close = stream.boxes(token, planes);
                 for (slot, out) in out.chunks_exact_mut(width.max(1)).enumerate() {
@@ -331,15 +329,15 @@ impl Kernel for NodeSingle {
     fn derive<const N: usize>(_token: impl Dispatch, work: &mut Work<Planes, N>) {
         work.rays.inverse_directions(Scalar::new());
         work.rays.shears(Scalar::new());
-        work.scale = scale(&work.primitives);
+        work.frame = frame(&work.primitives);
     }
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
         let token = token.narrow();
-        let Work { rays, primitives, hits, extra, scale, .. } = work;
+        let Work { rays, primitives, hits, extra, frame, .. } = work;
         for i in rays.range() {
-            let ray = SingleRay::new(token, &OneRay::of(rays, i, padded_origin(rays, *scale, i)));
+            let ray = SingleRay::new(token, &OneRay::of(rays, i, padded_origin(rays, frame, i)));
             let mut word = hits.primitive[i];
             for (planes, nears) in primitives.iter().zip(extra[i % KEPT * primitives.len() * 8..].chunks_exact_mut(8)) {
                 let mut distances = [0.0; 8];
@@ -351,14 +349,14 @@ impl Kernel for NodeSingle {
     }
 
     fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
-        let scale = scale(&draft.primitives);
+        let farthest = frame(&draft.primitives).farthest;
         let last = draft.primitives.len().min(4);
         for i in draft.range.clone() {
             for (at, planes) in draft.primitives.iter().rev().take(last).enumerate() {
                 let met = outcome.found(i) >> (8 * at) & 0xff;
                 for slot in 0..8 {
                     let [low, high] = corners(planes, slot);
-                    judge(&draft.rays[i], [low, high], scale, met >> slot & 1 != 0)
+                    judge(&draft.rays[i], [low, high], farthest, met >> slot & 1 != 0)
                         .map_err(|what| format!("ray {i}: {what}"))?;
                 }
             }
@@ -372,9 +370,9 @@ const GUARD: f64 = 1.0 / (1 << 19) as f64;
 const SHORT: f64 = 1.0 / (1u64 << 41) as f64;
 
 /// How near to its outline a box may be met that is missed, as a fraction of its distance: boxes are widened by
-/// [`PAD`] of the greatest coordinate.
-fn widened(ray: &DraftRay, low: [f32; 3], high: [f32; 3], scale: f32) -> f64 {
-    let (mut far, mut away) = (f64::from(scale), 0.0f64);
+/// [`PAD`] of the origin's greatest coordinate, which may be as large as `farthest`.
+fn widened(ray: &DraftRay, low: [f32; 3], high: [f32; 3], farthest: f32) -> f64 {
+    let (mut far, mut away) = (f64::from(farthest), 0.0f64);
     for (axis, &origin) in ray.origin.iter().enumerate() {
         let origin = f64::from(origin);
         far = far.max(origin.abs());

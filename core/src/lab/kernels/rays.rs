@@ -9,6 +9,7 @@ use mobula_simd::{Dispatch, Scalar, Token};
 use crate::Properties;
 use crate::kernel::group_bounds::MIXED;
 use crate::kernel::groups::{GROUPS, group_size};
+use crate::kernel::margin::Frame;
 use crate::lab::find::in_reach;
 use crate::lab::leaves::AroundFirst;
 use crate::lab::{Dice, Draft, Kernel, Outcome, Work};
@@ -170,7 +171,7 @@ impl<const COMMON_ORIGIN: bool> Kernel for FrustaSetup<COMMON_ORIGIN> {
 
     fn derive<const N: usize>(token: impl Dispatch, work: &mut Work<(), N>) {
         work.rays.shears(Scalar::new());
-        work.scale = 1.0;
+        work.frame = Frame { size: 1.0, farthest: 1.0, ..Frame::default() };
         let Some(bounds) = token.dispatch(AroundFirst::<N, COMMON_ORIGIN>::of(work)).bounds else { return };
         for (group, out) in work.extra.chunks_exact_mut(GROUP_EXTRA).enumerate() {
             // Of two zeros, which is least depends on the lanes; adding zero makes both positive.
