@@ -14,8 +14,8 @@ pub(super) fn samples(count: usize) -> impl Iterator<Item = usize> {
     (0..samples).map(move |i| (i as u64 * count as u64 / samples as u64) as usize)
 }
 
-/// The median of the middles on each axis, and twice as far as nearly half of the primitives reach from there: what it takes for
-/// most of them, be there another group as large far away.
+/// The median of the middles on each axis, and four times as far as nearly half of the primitives reach from there: what it
+/// takes for most of them, be there another group as large far away.
 pub(super) fn frame(samples: impl Iterator<Item = Bounds>) -> Frame {
     let samples: Vec<Bounds> = samples.collect();
     let Some(last) = samples.len().checked_sub(1) else { return Frame::default() };
@@ -23,7 +23,7 @@ pub(super) fn frame(samples: impl Iterator<Item = Bounds>) -> Frame {
     let middles = |k: usize| samples.iter().map(|b| 0.5 * b.low[k] + 0.5 * b.high[k]).collect();
     let center = [0, 1, 2].map(|k| at(middles(k), samples.len() / 2));
     let reaches = samples.iter().map(|b| reach(b, center)).collect();
-    Frame { center, size: 2.0 * at(reaches, last * 7 / 16), farthest: 0.0 }
+    Frame { center, size: 4.0 * at(reaches, last * 7 / 16), farthest: 0.0 }
 }
 
 /// How far a box reaches from a point, along an axis; 0 when empty.

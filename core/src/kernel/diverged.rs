@@ -7,9 +7,8 @@ use mobula_simd::{MaskLanes, Token};
 use super::aabb::{aabb, slabs};
 use super::boxes::Planes;
 use super::groups::{GROUPS, group_size};
-use super::margin::Frame;
-use crate::Rays;
 use crate::vector::{load3, splat3, sub};
+use crate::{Columns3, Rays};
 
 /// Words with a bit for each ray of the widest packet.
 pub const WORDS: usize = 1024 / 64;
@@ -17,14 +16,15 @@ pub const WORDS: usize = 1024 / 64;
 pub const ANY_SIGNS: u8 = u8::MAX;
 
 /// Which of `groups` have rays that meet box `slot`, and how many rays that are; `lanes` says which, a bit a ray. `signs` are
-/// those of all directions (bit k: axis k is negative), or [`ANY_SIGNS`]; the box, in the tree's frame, is widened by `margin`.
+/// those of all directions (bit k: axis k is negative), or [`ANY_SIGNS`]; boxes and `origins` are in the tree's frame, and the box is
+/// widened by `margin`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "rays, a box, and what is known of both")]
 pub fn rays_meeting<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
     token: T,
     rays: &Rays<N>,
     signs: u8,
-    frame: &Frame,
+    origins: &Columns3<N>,
     margin: f32,
     planes: &Planes,
     slot: usize,
@@ -34,7 +34,7 @@ pub fn rays_meeting<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
     let size = group_size(N);
     let [mut low, mut high] = [[0.0; 3]; 2];
     for axis in 0..3 {
-        let origin = if COMMON_ORIGIN { rays.origins()[axis][rays.range().start] - frame.center[axis] } else { 0.0 };
+        let origin = if COMMON_ORIGIN { origins[axis][rays.range().start] } else { 0.0 };
         low[axis] = planes[axis][slot % 8] - (origin + margin);
         high[axis] = planes[axis + 3][slot % 8] - (origin - margin);
         if signs >> axis & 1 != 0 {
@@ -53,7 +53,7 @@ pub fn rays_meeting<T: Token, const N: usize, const COMMON_ORIGIN: bool>(
             let inverse = load3(token, rays.inverse_columns(), at);
             let (mut to_low, mut to_high) = (low, high);
             if !COMMON_ORIGIN {
-                let origin = frame.origins(token, load3(token, rays.origins(), at));
+                let origin = load3(token, origins, at);
                 (to_low, to_high) = (sub(low, origin), sub(high, origin));
             }
             let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));

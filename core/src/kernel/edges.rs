@@ -61,18 +61,22 @@ impl<const B: usize> Edges<B> {
     #[inline(always)]
     pub fn new(corners: &[[[f32; B]; 3]; 3], origin: [f32; 3], axes: [usize; 3], window: &Window) -> Self {
         let [x, y, z] = [axes[0] % 3, axes[1] % 3, axes[2] % 3];
-        Self::of::<false>(corners, [origin[x], origin[y], origin[z]], window.center, [x, y, z], window.radius, 0.0)
+        Self::of::<false>(
+            corners,
+            [0.0; 3],
+            [origin[x], origin[y], origin[z]],
+            window.center,
+            [x, y, z],
+            window.radius,
+            0.0,
+        )
     }
 
     /// The same for parallel rays: the window is around their bases.
     #[inline(always)]
     pub fn parallel(corners: &[[[f32; B]; 3]; 3], rays: &Parallel, axes: [usize; 3], window: &Window) -> Self {
         let [x, y] = window.center;
-        let mut corners = *corners;
-        for (row, center) in corners.iter_mut().flat_map(|corner| corner.iter_mut().zip(rays.center)) {
-            row.iter_mut().for_each(|x| *x -= center);
-        }
-        Self::of::<true>(&corners, [x, y, rays.start], rays.shear, axes, window.radius, rays.away)
+        Self::of::<true>(corners, rays.center, [x, y, rays.start], rays.shear, axes, window.radius, rays.away)
     }
 
     /// What moves a corner across the rays when they move by 1 is its depth from an origin, and 1 if they are `PARALLEL`; then `away` is
@@ -80,6 +84,7 @@ impl<const B: usize> Edges<B> {
     #[inline(always)]
     fn of<const PARALLEL: bool>(
         corners: &[[[f32; B]; 3]; 3],
+        center: [f32; 3],
         [ox, oy, oz]: [f32; 3],
         [cx, cy]: [f32; 2],
         axes: [usize; 3],
@@ -90,21 +95,22 @@ impl<const B: usize> Edges<B> {
         let [x, y, z] = [axes[0] % 3, axes[1] % 3, axes[2] % 3];
         for i in 0..B {
             let (mut px, mut py, mut depth) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-            let (mut wide, mut far) = ([0.0; 3], away);
+            let mut wide = [0.0; 3];
             for k in 0..3 {
-                depth[k] = corners[k][z][i] - oz;
-                px[k] = corners[k][x][i] - ox - cx * depth[k];
-                py[k] = corners[k][y][i] - oy - cy * depth[k];
+                depth[k] = corners[k][z][i] - center[z] - oz;
+                px[k] = corners[k][x][i] - center[x] - ox - cx * depth[k];
+                py[k] = corners[k][y][i] - center[y] - oy - cy * depth[k];
                 wide[k] = larger(px[k].abs(), py[k].abs());
-                if PARALLEL {
-                    let size = larger(larger(corners[k][x][i].abs(), corners[k][y][i].abs()), corners[k][z][i].abs());
-                    far = larger(far, away + size);
-                    depth[k] = 1.0;
-                }
             }
             let deep = larger(larger(depth[0].abs(), depth[1].abs()), depth[2].abs());
-            let wide = larger(larger(wide[0], wide[1]), wide[2]) + radius * deep;
-            let by_size = if PARALLEL { PARALLEL_SLACK * far } else { SLACK[1] * deep };
+            let wide = larger(larger(wide[0], wide[1]), wide[2]);
+            let (wide, by_size) = if PARALLEL {
+                depth = [1.0; 3];
+                // A base is at most 3 `away` from the frame's centre, so a corner at most that and these, and S is the sum.
+                (wide + radius, PARALLEL_SLACK * (4.0 * away + wide + deep))
+            } else {
+                (wide + radius * deep, SLACK[1] * deep)
+            };
             let slack = wide * (SLACK[0] * wide + by_size) + RANGE[0];
             let (mut most, mut least) = ([0.0; 3], [0.0; 3]);
             for k in 0..3 {

@@ -20,9 +20,10 @@
 //! All this is of numbers that are not denormal: what falls below is rounded by up to 2^-150 whatever its size. [`LEAST`], by which
 //! boxes are widened beside, is far more than that, and is lost in the rounding of coordinates above 1e-28.
 
-use mobula_simd::Token;
+use mobula_simd::{F32Lanes, Token};
 
-use crate::vector::{splat3, sub};
+use crate::vector::{load3, splat3, sub};
+use crate::{Column, Columns3, Rays};
 
 /// Boxes are widened by this much of a coordinate: see the [module](self).
 pub const PAD: f32 = 80.0 / (1 << 24) as f32;
@@ -57,6 +58,21 @@ impl Frame {
     #[inline(always)]
     pub fn origins<T: Token>(&self, token: T, origins: [T::F32; 3]) -> [T::F32; 3] {
         sub(origins, splat3(token, self.center))
+    }
+
+    /// The origins of all rays of a packet in this frame.
+    #[inline(always)]
+    pub fn columns<T: Token, const N: usize>(&self, token: T, rays: &Rays<N>) -> Columns3<N> {
+        let mut columns = [Column::splat(0.0); 3];
+        let mut at = 0;
+        while at < N {
+            let origins = self.origins(token, load3(token, rays.origins(), at));
+            for (column, origin) in columns.iter_mut().zip(origins) {
+                origin.store(&mut column[..], at);
+            }
+            at += T::LANES;
+        }
+        columns
     }
 
     /// The origin of a ray in this frame.

@@ -7,7 +7,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::aabb::padded_sorted;
 use super::boxes::{Planes, rows};
-use super::margin::{Frame, PAD, larger};
+use super::margin::{PAD, larger};
 use crate::vector::splat3;
 use crate::{Properties, Rays};
 
@@ -54,10 +54,10 @@ impl OneRay {
     }
 }
 
-/// See [`super::aabb::padded_origin`], of ray `i`.
+/// See [`super::aabb::padded_origin`], of ray `i`, which starts at `origin` in the tree's frame.
 #[inline(always)]
-pub fn padded_origin<const N: usize>(rays: &Rays<N>, frame: &Frame, i: usize) -> [[f32; 3]; 2] {
-    let (origin, inverse) = (frame.origin(rays.ray(i).0.to_array()), rays.inverse_columns());
+pub fn padded_origin<const N: usize>(rays: &Rays<N>, origin: [f32; 3], i: usize) -> [[f32; 3]; 2] {
+    let inverse = rays.inverse_columns();
     let away = origin.iter().fold(0.0, |away, x| larger(x.abs(), away));
     let margin = away * PAD;
     let mut padded = [[f32::NAN; 3]; 2];

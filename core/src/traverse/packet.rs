@@ -26,7 +26,7 @@ use crate::kernel::groups::group_size;
 use crate::kernel::single::{OneRay, padded_origin};
 use crate::leaf::Leaf;
 use crate::sink::Sink;
-use crate::{Properties, Rays};
+use crate::{Column, Columns3, Properties, Rays};
 
 /// Packets with fewer rays travel as a stream.
 const FEW: usize = 4;
@@ -148,11 +148,14 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
         left &= !groups;
         let frusta = Frusta::new::<T, N, COMMON_ORIGIN>(token, &bounds, rays, class);
         let diverged = frusta.diverged();
+        let mut origins = [Column::splat(0.0); 3];
         if diverged != 0 {
             rays.inverse_directions(token);
+            origins = bvh.frame.columns(token, rays);
         }
         let signs = if diverged == 0 { ANY_SIGNS } else { rays.octant().unwrap_or(ANY_SIGNS) };
-        let mut walk = PacketWalk { bvh, rays, sink, frusta, diverged, signs, lanes: [0; WORDS], stale: 0 };
+        let mut walk =
+            PacketWalk { bvh, rays, origins: &origins, sink, frusta, diverged, signs, lanes: [0; WORDS], stale: 0 };
         for child in roots {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, rays: groups.into() };
             walk.down::<T, COMMON_ORIGIN>(token, stack);
@@ -164,6 +167,8 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
 struct PacketWalk<'a, const N: usize, L, S> {
     bvh: &'a WideBvh<L>,
     rays: &'a mut Rays<N>,
+    /// Where rays start in the tree's frame, if any are tested one by one.
+    origins: &'a Columns3<N>,
     sink: &'a mut S,
     frusta: Frusta,
     /// Groups whose rays are tested one by one.
@@ -237,7 +242,7 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
                     token,
                     self.rays,
                     self.signs,
-                    &self.bvh.frame,
+                    self.origins,
                     self.frusta.margin(),
                     planes,
                     slot,
@@ -264,12 +269,13 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
     /// Traces the rays in `self.lanes`, which are of these groups, through a child, one by one.
     #[inline(always)]
     fn trace_single_rays<T: Token>(&mut self, token: T, child: Child, groups: u32, above: &mut Met) {
+        let [x, y, z] = self.origins;
         for word in 0..N.div_ceil(64) {
             let mut lanes = self.lanes[word];
             while lanes != 0 {
                 let i = 64 * word + lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
-                let ray = OneRay::of(self.rays, i, padded_origin(self.rays, &self.bvh.frame, i));
+                let ray = OneRay::of(self.rays, i, padded_origin(self.rays, [x[i], y[i], z[i]], i));
                 let (bvh, hit, base) = (self.bvh, self.sink.single(self.rays, i), above.top);
                 let stack = &mut *above.stack;
                 let found = if S::ANY {

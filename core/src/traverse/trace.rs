@@ -105,7 +105,7 @@ impl<L: Leaf> WideBvh<L> {
         // What is derived is rounded alike at every level.
         rays.shears(Scalar::new());
         rays.inverse_directions(Scalar::new());
-        let ray = OneRay::of(&rays, 0, padded_origin(&rays, &self.frame, 0));
+        let ray = OneRay::of(&rays, 0, padded_origin(&rays, self.frame.origin(origin.to_array()), 0));
         let hit = SingleHit::of(t_max);
         let stack = &mut [Entry::NONE; STACK];
         token.run(TraceSingle::<L, ANY> { bvh: self, ray, hit, child: self.root, stack, base: 0 })

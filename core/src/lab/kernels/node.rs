@@ -209,7 +209,7 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodeDiverged<COMMON_ORIGIN> {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        let Work { rays, primitives, extra, frame, .. } = work;
+        let Work { rays, primitives, extra, .. } = work;
         if rays.range().is_empty() {
             return;
         }
@@ -224,7 +224,15 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodeDiverged<COMMON_ORIGIN> {
             for (slot, out) in out.chunks_exact_mut(width.max(1)).enumerate() {
                 let groups = (1 << N.div_ceil(group_size(N))) - 1;
                 let (_, count) = rays_meeting::<T, N, COMMON_ORIGIN>(
-                    token, rays, signs, frame, margin, planes, slot, groups, &mut lanes,
+                    token,
+                    rays,
+                    signs,
+                    rays.origins(),
+                    margin,
+                    planes,
+                    slot,
+                    groups,
+                    &mut lanes,
                 );
                 core::hint::black_box(count);
                 store(&lanes, out);
@@ -335,9 +343,9 @@ impl Kernel for NodeSingle {
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
         let token = token.narrow();
-        let Work { rays, primitives, hits, extra, frame, .. } = work;
+        let Work { rays, primitives, hits, extra, .. } = work;
         for i in rays.range() {
-            let ray = SingleRay::new(token, &OneRay::of(rays, i, padded_origin(rays, frame, i)));
+            let ray = SingleRay::new(token, &OneRay::of(rays, i, padded_origin(rays, rays.ray(i).0.to_array(), i)));
             let mut word = hits.primitive[i];
             for (planes, nears) in primitives.iter().zip(extra[i % KEPT * primitives.len() * 8..].chunks_exact_mut(8)) {
                 let mut distances = [0.0; 8];
