@@ -1,6 +1,7 @@
 //! `mobula info`: what is in a file.
 
 use mobula::geometry::Role;
+use mobula::load::printable;
 use serde_json::json;
 
 use super::args::InfoOptions;
@@ -22,7 +23,7 @@ const KEYS: [&str; 9] = [
 ];
 
 pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
-    let loaded = open(&options.file)?;
+    let loaded = open(&options.file, None)?;
     let (scene, report) = (&loaded.scene, &loaded.report);
     if options.json {
         let materials: Vec<_> = scene.materials.iter().map(|named| named.name.as_str()).collect();
@@ -43,7 +44,7 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
         print(&object);
         return Ok(());
     }
-    let mut text = format!("{}\n", options.file.display());
+    let mut text = format!("{}\n", printable(&options.file.display().to_string()));
     let mut line = |name: &str, value: String| text.push_str(&format!("  {name:<21} {value}\n"));
     line("format", report.format.to_owned());
     if let Some([low, high]) = report.bounds() {
@@ -57,7 +58,7 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
         line("materials", grouped(scene.materials.len() as u64));
     }
     for named in &scene.materials {
-        line("", format!("{}: {}", named.name, named.material.describe()));
+        line("", format!("{}: {}", printable(&named.name), named.material.describe()));
     }
     print(&text.trim_end());
     Ok(())

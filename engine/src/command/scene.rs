@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use mobula::geometry::Role;
-use mobula::load::{self, Loaded, Report};
+use mobula::load::{self, Loaded, Place, Report, printable};
+use mobula::scene::SceneDescription;
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
@@ -17,12 +18,13 @@ const MOST_WARNINGS: usize = 8;
 pub(crate) fn gather(names: &[PathBuf]) -> Result<Loaded, Failure> {
     if names.is_empty() {
         let scene = builtin::scene();
-        return Ok(Loaded { report: Report::of_scene(&scene), scene });
+        return Ok(made(scene));
     }
     let mut names = names.iter();
-    let mut all = open(names.next().expect("not empty"))?;
+    let mut all = open(names.next().expect("not empty"), None)?;
     for name in names {
-        let Loaded { scene, report } = open(name)?;
+        // Files that belong together stay together, wherever the first was put.
+        let Loaded { scene, report, .. } = open(name, Some(all.place))?;
         all.scene.merge(scene);
         all.report.merge(report);
     }
@@ -30,24 +32,27 @@ pub(crate) fn gather(names: &[PathBuf]) -> Result<Loaded, Failure> {
 }
 
 /// Loads or makes one scene, and tells people about it.
-pub(crate) fn open(name: &Path) -> Result<Loaded, Failure> {
+pub(crate) fn open(name: &Path, place: Option<Place>) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let spinner = spinner(format!("loading {}", name.display()));
     let loaded = match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
-        Some(name) => {
-            generate::generate(name).map(|scene| Loaded { report: Report::of_scene(&scene), scene }).ok_or_else(|| {
-                let known = generate::SCENES.map(|(name, _)| name).join(", ");
-                Failure::UnknownScene(name.to_owned(), known)
-            })
-        }
-        None => load::load(name).map_err(Failure::Load),
+        Some(name) => generate::generate(name).map(made).ok_or_else(|| {
+            let known = generate::SCENES.map(|(name, _)| name).join(", ");
+            Failure::UnknownScene(name.to_owned(), known)
+        }),
+        None => load::load_at(name, place).map_err(Failure::Load),
     };
     spinner.finish_and_clear();
     let loaded = loaded?;
     warn(&loaded.report.warnings);
     let seconds = start.elapsed().as_secs_f64();
-    eprintln!("mobula: {}: {}, loaded in {seconds:.2} s", loaded.scene.name, contents(&loaded));
+    eprintln!("mobula: {}: {}, loaded in {seconds:.2} s", printable(&loaded.scene.name), contents(&loaded));
     Ok(loaded)
+}
+
+/// A scene that no file holds.
+fn made(scene: SceneDescription) -> Loaded {
+    Loaded { report: Report::of_scene(&scene), scene, place: Place::default() }
 }
 
 /// A sign of life, on terminals only.
@@ -60,7 +65,7 @@ pub(crate) fn spinner(text: String) -> ProgressBar {
 /// Prints warnings.
 pub(crate) fn warn(warnings: &[String]) {
     for warning in warnings.iter().take(MOST_WARNINGS) {
-        eprintln!("mobula: warning: {warning}");
+        eprintln!("mobula: warning: {}", printable(warning));
     }
     if warnings.len() > MOST_WARNINGS {
         eprintln!("mobula: warning: {} more warnings", warnings.len() - MOST_WARNINGS);

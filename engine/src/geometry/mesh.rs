@@ -26,6 +26,8 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// Corner texture coordinates; may be empty.
     pub texture_coordinates: Vec<[f32; 2]>,
+    /// Colours of corners, linear RGB, by which materials' diffuse colours are multiplied. Empty, or as long as `positions`.
+    pub colors: Vec<[f32; 3]>,
     /// Indices of three positions a triangle. Counter-clockwise seen from outside, though nothing relies on it.
     pub triangles: Vec<[u32; 3]>,
     /// Indices of three normals a triangle, [`NO_INDEX`] where there is none. Empty, or as long as `triangles`.
@@ -59,6 +61,7 @@ impl Default for Mesh {
             positions: Vec::new(),
             normals: Vec::new(),
             texture_coordinates: Vec::new(),
+            colors: Vec::new(),
             triangles: Vec::new(),
             triangle_normals: Vec::new(),
             triangle_texture_coordinates: Vec::new(),
@@ -269,6 +272,22 @@ impl Surface for Mesh {
         }
     }
 
+    /// Interpolated, if corners have colours.
+    fn colors(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) -> bool {
+        if self.colors.is_empty() {
+            return false;
+        }
+        for (i, &k) in hits.primitives.iter().enumerate() {
+            let color = |index: u32| self.colors.get(index as usize).map_or(Vec3::ONE, |&color| Vec3::from(color));
+            let at = self.triangles.get(k as usize).zip(self.corners(k as usize)).map_or(Vec3::ONE, |(of, corners)| {
+                let ([a, b, c], [u, v, w]) = (of.map(color), barycentric(corners, hits.ray(i)));
+                a * u + b * v + c * w
+            });
+            set_vec3(&mut out, i, at);
+        }
+        true
+    }
+
     /// The greatest coordinate of the longest edge.
     fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
         for (out, &k) in out.iter_mut().zip(hits.primitives) {
@@ -288,6 +307,7 @@ mod tests {
             positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 2.0, 0.0]],
             normals: vec![[0.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             texture_coordinates: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            colors: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             triangles: vec![[0, 1, 2]],
             triangle_normals: vec![[0, 1, 2]],
             triangle_texture_coordinates: vec![[0, 1, 2]],
@@ -313,6 +333,8 @@ mod tests {
         assert!((vec3(&out, 0) - Vec3::new(2.0, 2.0, 1.0) / 3.0).length() < 1e-6);
         mesh.derivatives(&hits, [part_mut(&mut out, 0..1), part_mut(&mut second, 0..1)]);
         assert_eq!((vec3(&out, 0), vec3(&second, 0)), (Vec3::X * 4.0, Vec3::Y * 2.0));
+        assert!(mesh.colors(&hits, part_mut(&mut out, 0..1)));
+        assert!((vec3(&out, 0) - Vec3::new(0.25, 0.25, 0.5)).length() < 1e-6);
         let mut scale = [0.0];
         mesh.error_scales(&hits, &mut scale);
         assert_eq!(scale, [4.0]);

@@ -1,10 +1,11 @@
 //! The formats that can be loaded, and which one a file is in: by its name, else by its content.
 
-use std::io::Read;
 use std::path::Path;
 
+use super::input::{self, Input};
 use super::loaded::Loaded;
-use super::{LoadError, input, obj};
+use super::place::Place;
+use super::{LoadError, obj};
 
 /// A format that can be loaded.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +16,8 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Does the start of a file, unpacked, look like it?
     pub sniff: fn(&[u8]) -> bool,
-    /// Loads a file, plain or packed with gzip.
-    pub load: fn(&Path) -> Result<Loaded, LoadError>,
+    /// Loads an opened file, to a place or where it finds best.
+    load: fn(&Path, Input, Option<Place>) -> Result<Loaded, LoadError>,
 }
 
 /// All formats: a new one is a file and a line here.
@@ -32,31 +33,32 @@ pub(super) fn supported() -> String {
     format!("Mobula loads {}", FORMATS.iter().map(format).collect::<Vec<_>>().join(", "))
 }
 
-/// Loads a file, choosing the format by its name and its content.
+/// Loads a file, choosing the format by its name and its content; `-` is the standard input.
 ///
 /// # Errors
 /// If it cannot be read, is of no supported format, or is broken; the error is one line that says where and what to do.
 pub fn load(file: &Path) -> Result<Loaded, LoadError> {
+    load_at(file, None)
+}
+
+/// As [`load`], but to the place of another file that is shown with it.
+///
+/// # Errors
+/// Those of [`load`].
+pub fn load_at(file: &Path, place: Option<Place>) -> Result<Loaded, LoadError> {
     let name = file.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
     let named = |format: &&Format| format.extensions.iter().any(|end| stem.ends_with(end));
-    if let Some(format) = FORMATS.iter().find(named) {
-        return (format.load)(file);
-    }
-    let mut start = [0; 512];
     let mut input = input::open(file)?;
-    let mut length = 0;
-    while length < start.len() {
-        match input.reader.read(&mut start[length..]) {
-            Ok(0) | Err(_) => break,
-            Ok(count) => length += count,
-        }
+    if let Some(format) = FORMATS.iter().find(named) {
+        return (format.load)(file, input, place);
     }
-    let start = &start[..length];
-    if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(start)) {
-        return (format.load)(file);
+    // What cannot be read is told by whoever reads it.
+    let start = input.start().unwrap_or_default().to_vec();
+    if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
+        return (format.load)(file, input, place);
     }
-    let problem = match known_format(start, stem) {
+    let problem = match known_format(&start, stem) {
         Some(format) => format!("this is in {format} format, which Mobula cannot load"),
         None if start.is_empty() => "the file is empty".into(),
         None => "this is in no format that Mobula knows".into(),

@@ -1,41 +1,94 @@
-//! Opening files: plain or gzip by content, and never more data than the file's own size justifies.
+//! Opening files: plain or gzip by content, UTF-8 or UTF-16, and never more data than what was read justifies.
 
+use std::cell::Cell;
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Read};
+use std::mem;
 use std::path::Path;
+use std::rc::Rc;
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::GzDecoder;
 
 use super::LoadError;
 
 /// A gzip file may unpack to this much whatever its size...
 const UNPACKED_BASE: u64 = 1 << 20;
-/// ... and to this many times its size beyond that. Meshes as text shrink 3 to 10 times.
+/// ... and to this many times what was read of it beyond that. Meshes as text shrink 3 to 10 times.
 const UNPACKED_RATIO: u64 = 32;
+/// How much of a file is looked at before it is read.
+pub(super) const START: usize = 512;
 
 /// An opened file, unpacked as it is read.
 pub(super) struct Input {
-    /// The unpacked bytes.
+    /// The unpacked bytes, as UTF-8 if they are text.
     pub(super) reader: Box<dyn BufRead>,
     /// Was it gzip?
     pub(super) gzip: bool,
+    /// Bytes behind the gzip data, once they were met.
+    trailing: Rc<Cell<bool>>,
 }
 
-/// Opens `file`, looking at its first bytes to see whether it is gzip.
+impl Input {
+    /// The first bytes, which are not taken. A pipe is waited for.
+    pub(super) fn start(&mut self) -> io::Result<&[u8]> {
+        let start = self.reader.fill_buf()?;
+        Ok(&start[..start.len().min(START)])
+    }
+
+    /// What people should know, once all is read.
+    pub(super) fn warning(&self, file: &Path) -> Option<String> {
+        let warning = || format!("{}: what follows the gzip data is left out", file.display());
+        self.trailing.get().then(warning)
+    }
+}
+
+/// Opens `file`, looking at its first bytes to see whether it is gzip. `-` is the standard input.
 pub(super) fn open(file: &Path) -> Result<Input, LoadError> {
-    let handle = File::open(file).map_err(|e| unreadable(file, &e))?;
-    let metadata = handle.metadata().map_err(|e| unreadable(file, &e))?;
-    if metadata.is_dir() {
-        return Err(LoadError::new(file, "is a directory", "name a file in it"));
-    }
-    let mut reader = BufReader::with_capacity(1 << 16, handle);
+    let handle: Box<dyn Read> = if file == Path::new("-") {
+        Box::new(io::stdin())
+    } else {
+        let handle = File::open(file).map_err(|e| unreadable(file, &e))?;
+        if handle.metadata().map_err(|e| unreadable(file, &e))?.is_dir() {
+            return Err(LoadError::new(file, "is a directory", "name a file in it"));
+        }
+        Box::new(handle)
+    };
+    let trailing = Rc::new(Cell::new(false));
+    let mut reader = ahead(handle);
     let start = reader.fill_buf().map_err(|e| unreadable(file, &e))?;
-    if !start.starts_with(&[0x1f, 0x8b]) {
-        return Ok(Input { reader: Box::new(reader), gzip: false });
+    if !start.starts_with(&GZIP) {
+        return Ok(Input { reader: as_utf8(reader).map_err(|e| unreadable(file, &e))?, gzip: false, trailing });
     }
-    let limit = UNPACKED_BASE.saturating_add(metadata.len().saturating_mul(UNPACKED_RATIO));
-    let unpacked = Capped { input: MultiGzDecoder::new(reader), left: limit, limit };
-    Ok(Input { reader: Box::new(BufReader::with_capacity(1 << 16, unpacked)), gzip: true })
+    let packed = Rc::new(Cell::new(0));
+    let counted = BufReader::with_capacity(1 << 16, Counted { input: reader, count: packed.clone() });
+    let members = Members { state: Member::Unpacking(GzDecoder::new(counted)), trailing: trailing.clone() };
+    let capped = Capped { input: members, packed, unpacked: 0 };
+    // What is damaged from the start is told by whoever reads it.
+    let reader = ahead(Box::new(capped));
+    Ok(Input { reader: as_utf8(reader).map_err(|e| damaged(file, &e))?, gzip: true, trailing })
+}
+
+/// A reader whose buffer holds the whole start of a file, also of one that comes in small pieces, as from a pipe.
+fn ahead(input: Box<dyn Read>) -> BufReader<Box<dyn Read>> {
+    let mut start = Vec::new();
+    let mut input = input;
+    let failed = (&mut input).take(START as u64).read_to_end(&mut start).err();
+    let start: Box<dyn Read> = Box::new(io::Cursor::new(start));
+    let rest: Box<dyn Read> = match failed {
+        // What came before is read first, then the error.
+        Some(error) => Box::new(Failing(Some(error))),
+        None => input,
+    };
+    BufReader::with_capacity(1 << 16, Box::new(start.chain(rest)))
+}
+
+/// Fails once, then ends.
+struct Failing(Option<io::Error>);
+
+impl Read for Failing {
+    fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+        self.0.take().map_or(Ok(0), Err)
+    }
 }
 
 /// Is it a regular file? Files that are named inside other files must be: they could name a pipe or a device.
@@ -49,6 +102,11 @@ fn unreadable(file: &Path, error: &io::Error) -> LoadError {
         io::ErrorKind::PermissionDenied => LoadError::new(file, "permission denied", "make the file readable"),
         _ => LoadError::new(file, format!("cannot be read: {error}"), ""),
     }
+}
+
+fn damaged(file: &Path, error: &io::Error) -> LoadError {
+    let (problem, remedy) = explain(error, true);
+    LoadError::new(file, problem, remedy)
 }
 
 /// What an error while reading means, in words: problem and remedy.
@@ -65,27 +123,132 @@ pub(super) fn explain(error: &io::Error, gzip: bool) -> (String, &'static str) {
     }
 }
 
-/// Reads at most `limit` bytes, then fails with `FileTooLarge`.
+/// How gzip data starts.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// The members of a gzip file one after the other, as gunzip reads them: what follows the last and is no gzip data is left out.
+struct Members<R> {
+    state: Member<R>,
+    trailing: Rc<Cell<bool>>,
+}
+
+enum Member<R> {
+    Unpacking(GzDecoder<R>),
+    End,
+}
+
+impl<R: BufRead> Read for Members<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Member::Unpacking(decoder) = &mut self.state {
+            let count = decoder.read(buffer)?;
+            if count > 0 || buffer.is_empty() {
+                return Ok(count);
+            }
+            let Member::Unpacking(decoder) = mem::replace(&mut self.state, Member::End) else { break };
+            let mut rest = decoder.into_inner();
+            let next = rest.fill_buf()?;
+            // A buffer may end between the two bytes; then one of them will do.
+            if next.starts_with(&GZIP[..next.len().min(2)]) && !next.is_empty() {
+                self.state = Member::Unpacking(GzDecoder::new(rest));
+            } else {
+                self.trailing.set(!next.is_empty());
+            }
+        }
+        Ok(0)
+    }
+}
+
+/// Counts the bytes that are read.
+struct Counted<R> {
+    input: R,
+    count: Rc<Cell<u64>>,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.input.read(buffer)?;
+        self.count.set(self.count.get() + count as u64);
+        Ok(count)
+    }
+}
+
+/// Fails with `FileTooLarge` when more is unpacked than what was read justifies.
 struct Capped<R> {
     input: R,
-    left: u64,
-    limit: u64,
+    packed: Rc<Cell<u64>>,
+    unpacked: u64,
 }
 
 impl<R: Read> Read for Capped<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.input.read(buffer)?;
-        match self.left.checked_sub(count as u64) {
-            Some(left) => self.left = left,
-            None => {
-                let text = format!(
-                    "unpacks to more than {} MiB, out of proportion to its size ({} MiB + {UNPACKED_RATIO} times)",
-                    self.limit >> 20,
-                    UNPACKED_BASE >> 20
-                );
-                return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
-            }
+        self.unpacked += count as u64;
+        let limit = UNPACKED_BASE.saturating_add(self.packed.get().saturating_mul(UNPACKED_RATIO));
+        if self.unpacked > limit {
+            let text = format!(
+                "unpacks to more than {} MiB, out of proportion to its size ({} MiB + {UNPACKED_RATIO} times)",
+                limit >> 20,
+                UNPACKED_BASE >> 20
+            );
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
         }
+        Ok(count)
+    }
+}
+
+/// The same as UTF-8 if it is UTF-16, which a byte order mark or every other byte being zero tells.
+fn as_utf8(mut reader: BufReader<Box<dyn Read>>) -> io::Result<Box<dyn BufRead>> {
+    let big_endian = match *reader.fill_buf()? {
+        [0xff, 0xfe, 0, 0, ..] => return Ok(Box::new(reader)),
+        [0xff, 0xfe, ..] | [1..=255, 0, 1..=255, 0, ..] => false,
+        [0xfe, 0xff, ..] | [0, 1..=255, 0, 1..=255, ..] => true,
+        _ => return Ok(Box::new(reader)),
+    };
+    Ok(Box::new(BufReader::with_capacity(
+        1 << 16,
+        Utf16 { input: reader, big_endian, high: None, out: Vec::new(), sent: 0 },
+    )))
+}
+
+/// UTF-16 as UTF-8; what is no character becomes U+FFFD.
+struct Utf16<R> {
+    input: R,
+    big_endian: bool,
+    /// The first half of a pair.
+    high: Option<u16>,
+    out: Vec<u8>,
+    sent: usize,
+}
+
+impl<R: BufRead> Utf16<R> {
+    /// Turns some more units into bytes.
+    fn more(&mut self) -> io::Result<()> {
+        self.out.clear();
+        self.sent = 0;
+        let mut bytes = Vec::new();
+        (&mut self.input).take(1 << 14).read_to_end(&mut bytes)?;
+        let (units, odd) = bytes.as_chunks::<2>();
+        let unit = |&pair: &[u8; 2]| if self.big_endian { u16::from_be_bytes(pair) } else { u16::from_le_bytes(pair) };
+        let mut units: Vec<u16> = self.high.take().into_iter().chain(units.iter().map(unit)).collect();
+        // A pair may be cut in two, but not at the end of the file.
+        if bytes.len() == 1 << 14 && units.last().is_some_and(|unit| (0xd800..0xdc00).contains(unit)) {
+            self.high = units.pop();
+        }
+        let characters = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER));
+        let text: String = characters.chain((!odd.is_empty()).then_some(char::REPLACEMENT_CHARACTER)).collect();
+        self.out = text.into_bytes();
+        Ok(())
+    }
+}
+
+impl<R: BufRead> Read for Utf16<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.sent == self.out.len() {
+            self.more()?;
+        }
+        let count = buffer.len().min(self.out.len() - self.sent);
+        buffer[..count].copy_from_slice(&self.out[self.sent..self.sent + count]);
+        self.sent += count;
         Ok(count)
     }
 }

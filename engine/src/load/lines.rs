@@ -1,9 +1,9 @@
-//! A reader that checks text line by line on its way to a parser that knows no line numbers.
+//! Text line by line, with line numbers; and a reader that checks lines on their way to a parser that knows no line numbers.
 
 use std::io::{self, BufRead, Read};
 
-/// Longest line; a face of 200 000 vertices fits.
-const LONGEST_LINE: u64 = 4 << 20;
+/// Longest line; a face of ten million vertices fits.
+const LONGEST_LINE: usize = 64 << 20;
 
 /// What is wrong with a line, and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,39 +18,123 @@ impl Fault {
     }
 }
 
-/// Looks at each line before the parser sees it.
-pub(super) trait LineCheck {
-    /// Accepts line `number` (from 1), rewrites it into a form that the parser knows, empties it, or refuses it.
-    fn check(&mut self, number: u64, line: &mut String) -> Result<(), Fault>;
-}
-
 /// Why reading stopped.
 #[derive(Debug)]
 pub(super) enum Stop {
-    /// The check refused the line.
+    /// A line is not what it must be.
     Fault(Fault),
     /// The input could not be read further.
     Io(io::Error),
 }
 
-/// Passes on the lines of `input` that `check` accepts. After a failure, [`stop`](Self::stop) says why and
-/// [`number`](Self::number) where: the parser only sees a read error.
-pub(super) struct CheckedLines<R, C> {
+impl From<Fault> for Stop {
+    fn from(fault: Fault) -> Self {
+        Self::Fault(fault)
+    }
+}
+
+/// The lines of a text file.
+pub(super) struct Lines<R> {
     input: R,
+    /// The line last read, or of several that were joined the last, counted from 1.
+    pub(super) number: u64,
+    raw: Vec<u8>,
+    line: String,
+}
+
+impl<R: BufRead> Lines<R> {
+    pub(super) fn new(input: R) -> Self {
+        Self { input, number: 0, raw: Vec::new(), line: String::new() }
+    }
+
+    /// The next line, without its end, and its number. A backslash at the end joins a line to the next if `joins` says so of it.
+    pub(super) fn next(&mut self, joins: impl Fn(&[u8]) -> bool) -> Result<Option<(u64, &mut String)>, Stop> {
+        self.raw.clear();
+        if !self.read_raw()? {
+            return Ok(None);
+        }
+        let number = self.number;
+        while self.raw.ends_with(b"\\") && joins(&self.raw) {
+            self.raw.pop();
+            self.raw.push(b' ');
+            if !self.read_raw()? {
+                break;
+            }
+        }
+        if number == 1 && self.raw.starts_with(b"\xef\xbb\xbf") {
+            self.raw.drain(..3);
+        }
+        self.line.clear();
+        // Names and comments in old encodings must not stop a mesh from loading.
+        self.line.push_str(&String::from_utf8_lossy(&self.raw));
+        Ok(Some((number, &mut self.line)))
+    }
+
+    /// Appends the next line without its end and counts it; false at the end of the input. Lines end in LF, CR LF, or CR.
+    fn read_raw(&mut self) -> Result<bool, Stop> {
+        let mut some = false;
+        loop {
+            let buffer = match self.input.fill_buf() {
+                Ok(buffer) => buffer,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => {
+                    self.number += 1;
+                    return Err(Stop::Io(error));
+                }
+            };
+            if buffer.is_empty() {
+                self.number += u64::from(some);
+                return Ok(some);
+            }
+            some = true;
+            let end = buffer.iter().position(|&byte| byte == b'\n' || byte == b'\r');
+            let part = &buffer[..end.unwrap_or(buffer.len())];
+            if part.contains(&0) {
+                self.number += 1;
+                return Err(Fault::new("binary data in a text file", "check that it is what its name says").into());
+            }
+            self.raw.extend_from_slice(part);
+            let length = part.len();
+            let returned = end.is_some_and(|end| buffer[end] == b'\r');
+            self.input.consume(length + usize::from(end.is_some()));
+            if returned && self.input.fill_buf().is_ok_and(|buffer| buffer.starts_with(b"\n")) {
+                self.input.consume(1);
+            }
+            if end.is_some() {
+                self.number += 1;
+                return Ok(true);
+            }
+            if self.raw.len() > LONGEST_LINE {
+                self.number += 1;
+                let problem = format!("a line of more than {} MiB", LONGEST_LINE >> 20);
+                return Err(Fault::new(problem, "check that it is a text file").into());
+            }
+        }
+    }
+}
+
+/// Looks at each line before a parser sees it.
+pub(super) trait LineCheck {
+    /// Rewrites line `number` (from 1) into a form that the parser knows, or empties it.
+    fn check(&mut self, number: u64, line: &mut String);
+}
+
+/// Passes on what `check` makes of the lines of `input`. After a failure, [`stop`](Self::stop) says why: the parser only sees a read
+/// error.
+pub(super) struct CheckedLines<R, C> {
+    /// Where lines come from.
+    pub(super) lines: Lines<R>,
     /// The check, with all that it has seen.
     pub(super) check: C,
-    /// The line last read, counted from 1.
-    pub(super) number: u64,
     /// Why reading stopped before the end.
     pub(super) stop: Option<Stop>,
-    raw: Vec<u8>,
     line: String,
     sent: usize,
 }
 
 impl<R: BufRead, C: LineCheck> CheckedLines<R, C> {
     pub(super) fn new(input: R, check: C) -> Self {
-        Self { input, check, number: 0, stop: None, raw: Vec::new(), line: String::new(), sent: 0 }
+        Self { lines: Lines::new(input), check, stop: None, line: String::new(), sent: 0 }
     }
 
     /// Reads, checks and stores the next line; an empty store afterwards means the end.
@@ -58,58 +142,14 @@ impl<R: BufRead, C: LineCheck> CheckedLines<R, C> {
         self.sent = 0;
         self.line.clear();
         while self.line.is_empty() {
-            self.raw.clear();
-            if !self.read_raw()? {
-                return Ok(());
-            }
-            self.number += 1;
-            let number = self.number;
-            // A backslash at the end of a line joins it to the next.
-            while self.raw.ends_with(b"\\") {
-                self.raw.pop();
-                self.raw.push(b' ');
-                if !self.read_raw()? {
-                    break;
-                }
-                self.number += 1;
-            }
-            if self.raw.contains(&0) {
-                let fault = Fault::new("binary data in a text file", "check that it is what its name says");
-                return Err(Stop::Fault(fault));
-            }
-            if number == 1 && self.raw.starts_with(b"\xef\xbb\xbf") {
-                self.raw.drain(..3);
-            }
-            // Names and comments in old encodings must not stop a mesh from loading.
-            self.line.push_str(&String::from_utf8_lossy(&self.raw));
-            if let Err(fault) = self.check.check(number, &mut self.line) {
-                self.number = number;
-                return Err(Stop::Fault(fault));
-            }
+            let Some((number, line)) = self.lines.next(|_| false)? else { return Ok(()) };
+            self.check.check(number, line);
+            self.line.push_str(line);
             if !self.line.is_empty() {
                 self.line.push('\n');
             }
         }
         Ok(())
-    }
-
-    /// Appends the next line without its end; false at the end of the input.
-    fn read_raw(&mut self) -> Result<bool, Stop> {
-        let before = self.raw.len();
-        let left = LONGEST_LINE.saturating_sub(before as u64);
-        let count = self.input.by_ref().take(left).read_until(b'\n', &mut self.raw).map_err(Stop::Io)?;
-        if self.raw.ends_with(b"\n") {
-            self.raw.pop();
-            if self.raw.ends_with(b"\r") {
-                self.raw.pop();
-            }
-        } else if count as u64 == left {
-            // The line was not counted yet.
-            self.number += 1;
-            let problem = format!("a line of more than {} MiB", LONGEST_LINE >> 20);
-            return Err(Stop::Fault(Fault::new(problem, "check that it is a text file")));
-        }
-        Ok(count > 0)
     }
 }
 
@@ -144,43 +184,42 @@ impl<R: BufRead, C: LineCheck> Read for CheckedLines<R, C> {
 mod tests {
     use super::*;
 
-    /// Keeps every line but those that start with `-`, refuses those with `!`.
-    struct Sample;
-
-    impl LineCheck for Sample {
-        fn check(&mut self, _: u64, line: &mut String) -> Result<(), Fault> {
-            if line.starts_with('-') {
-                line.clear();
+    fn all(text: &[u8]) -> Result<Vec<(u64, String)>, (u64, Stop)> {
+        let mut lines = Lines::new(text);
+        let mut all = Vec::new();
+        loop {
+            match lines.next(|line| !line.contains(&b'#')) {
+                Ok(Some((number, line))) => all.push((number, line.clone())),
+                Ok(None) => return Ok(all),
+                Err(stop) => return Err((lines.number, stop)),
             }
-            if line.starts_with('!') { Err(Fault::new("refused", "")) } else { Ok(()) }
         }
     }
 
-    fn read(text: &[u8]) -> (io::Result<String>, u64) {
-        let mut lines = CheckedLines::new(text, Sample);
+    #[test]
+    fn lines_are_counted_and_joined() {
+        let lines = all(b"one\r\ntwo\rthr\\\nee\n\n# not \\\nfive\\").unwrap();
+        let expected = [(1, "one"), (2, "two"), (3, "thr ee"), (5, ""), (6, "# not \\"), (7, "five ")];
+        assert_eq!(lines, expected.map(|(number, line)| (number, line.to_owned())));
+    }
+
+    #[test]
+    fn what_is_no_text_is_refused_where_it_stands() {
+        assert!(matches!(all(b"one\n\ntw\0\n"), Err((3, Stop::Fault(_)))));
+        assert!(matches!(all(&vec![b'x'; LONGEST_LINE + 100_000]), Err((1, Stop::Fault(_)))));
+    }
+
+    #[test]
+    fn checked_lines_are_passed_on() {
+        /// Drops lines that start with `-`.
+        struct Sample;
+        impl LineCheck for Sample {
+            fn check(&mut self, number: u64, line: &mut String) {
+                *line = if line.starts_with('-') { String::new() } else { format!("{number}{line}") };
+            }
+        }
         let mut out = String::new();
-        let result = lines.read_to_string(&mut out).map(|_| out);
-        (result, lines.number)
-    }
-
-    #[test]
-    fn lines_are_counted_joined_and_dropped() {
-        let (out, number) = read(b"one\r\n-two\nthr\\\nee\n\nfive");
-        assert_eq!(out.unwrap(), "one\nthr ee\nfive\n");
-        assert_eq!(number, 6);
-    }
-
-    #[test]
-    fn a_refused_line_is_numbered() {
-        let (out, number) = read(b"one\n-\n!\nfour\n");
-        assert!(out.is_err());
-        assert_eq!(number, 3);
-    }
-
-    #[test]
-    fn a_line_without_end_is_refused() {
-        let (out, number) = read(&[b'x'; (LONGEST_LINE + 10) as usize]);
-        assert!(out.is_err());
-        assert_eq!(number, 1);
+        CheckedLines::new(&b"one\n-two\nthree"[..], Sample).read_to_string(&mut out).unwrap();
+        assert_eq!(out, "1one\n3three\n");
     }
 }

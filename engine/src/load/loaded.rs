@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::place::Place;
 use crate::geometry::Census;
 use crate::scene::SceneDescription;
 
@@ -12,6 +13,8 @@ pub struct Loaded {
     pub scene: SceneDescription,
     /// What was found on the way.
     pub report: Report,
+    /// Where it was put.
+    pub place: Place,
 }
 
 /// What was found in a file.
@@ -48,6 +51,9 @@ impl Report {
 
 /// A file's name without folder and extensions.
 pub(super) fn display_name(file: &Path) -> String {
+    if file == Path::new("-") {
+        return "standard input".to_owned();
+    }
     let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let name = name.strip_suffix(".gz").unwrap_or(&name);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned()

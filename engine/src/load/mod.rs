@@ -4,12 +4,13 @@
 //! | file | idea |
 //! |---|---|
 //! | `format` | the table of formats, and which one a file is in |
-//! | `obj` | OBJ through `tobj`, assembled into one mesh |
-//! | `obj_check`, `mtl_check` | what a line must look like before the parser sees it |
-//! | `mtl` | materials of OBJ files |
+//! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
+//! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
 //! | `polygon` | polygons into triangles |
-//! | `lines` | the reader that checks line by line |
+//! | `place` | moves what is far from the origin, scales what is tiny or huge |
+//! | `lines` | text line by line |
 //! | `input` | plain and gzip files, with a limit on what they unpack to |
+//! | `text` | numbers as programs write them; names made safe to show |
 //! | `loaded` | what was found in a file |
 //! | `error` | [`LoadError`] |
 
@@ -21,9 +22,13 @@ mod loaded;
 mod mtl;
 mod mtl_check;
 mod obj;
-mod obj_check;
+mod obj_read;
+mod place;
 mod polygon;
+mod text;
 
 pub use error::LoadError;
-pub use format::{FORMATS, Format, load};
+pub use format::{FORMATS, Format, load, load_at};
 pub use loaded::{Loaded, Report};
+pub use place::Place;
+pub use text::printable;

@@ -1,40 +1,138 @@
 //! Materials of OBJ files (MTL), through `tobj`.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::collections::{HashMap, HashSet};
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::lines::{CheckedLines, Stop};
 use super::mtl_check::MtlCheck;
+use super::text::quoted;
 use super::{LoadError, input};
 use crate::material::{Flat, Lambertian, Material, NamedMaterial, Phong};
 
-/// Materials and the index of each name, as `tobj` wants them.
-pub(super) type Materials = (Vec<tobj::Material>, HashMap<String, usize>);
+/// Names beyond this many are not looked for: one statement may hold a great many.
+const MOST_NAMES: usize = 1024;
+/// Files beyond this many are left out.
+const MOST_FILES: usize = 64;
+/// A file with more materials is refused: each takes some hundred bytes, a statement takes ten.
+const MOST_MATERIALS: u64 = 1 << 16;
 
-/// The MTL file that an OBJ file at `obj` calls `name`, if it exists: in the OBJ file's folder. Exporters write paths
-/// of their own machine, so the bare file name is tried too.
-pub(super) fn find(obj: &Path, name: &str) -> Option<PathBuf> {
-    let folder = obj.parent().unwrap_or(Path::new(""));
-    let bare = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    [name, bare].into_iter().filter(|n| !n.is_empty()).map(|n| folder.join(n)).find(|path| input::is_regular(path))
+/// The materials of all MTL files that an OBJ file names.
+#[derive(Default)]
+pub(super) struct Library {
+    pub(super) materials: Vec<NamedMaterial>,
+    /// Is a file not there, or are some left out?
+    pub(super) missing: bool,
+    /// What people should know.
+    pub(super) warnings: Vec<String>,
+    numbers: HashMap<String, u32>,
+    /// Files that are loaded: exporters repeat statements.
+    loaded: HashSet<PathBuf>,
 }
 
-/// Loads the materials of an MTL file; adds to `warnings` what was left out.
-pub(super) fn load(file: &Path, warnings: &mut Vec<String>) -> Result<Materials, LoadError> {
-    let input = input::open(file)?;
-    let mut lines = CheckedLines::new(input.reader, MtlCheck::default());
-    let parsed = tobj::load_mtl_buf(&mut lines);
-    if let Some(stop) = lines.stop {
-        return Err(stop.into_error(file, lines.number, input.gzip));
+impl Library {
+    /// Loads what the `mtllib` statements of an OBJ file name, each file once. A missing file is a warning.
+    pub(super) fn of(obj: &Path, statements: &[String]) -> Result<Self, LoadError> {
+        let mut library = Self::default();
+        let mut seen = HashSet::new();
+        for statement in statements {
+            // A statement is a name with spaces, if there is such a file, or several names.
+            let whole = statement.trim_matches('"');
+            let names = if find(obj, whole).is_some() { vec![whole] } else { words(statement) };
+            for name in names {
+                if seen.len() >= MOST_NAMES || !seen.insert(name) {
+                    continue;
+                }
+                let Some(path) = find(obj, name) else {
+                    library.missing = true;
+                    let name = quoted(name);
+                    library
+                        .warnings
+                        .push(format!("{}: material file {name} is not there; grey is used", obj.display()));
+                    continue;
+                };
+                let same = path.canonicalize().unwrap_or_else(|_| path.clone());
+                if library.loaded.contains(&same) {
+                    continue;
+                }
+                if library.loaded.len() >= MOST_FILES {
+                    library.missing = true;
+                    continue;
+                }
+                library.loaded.insert(same);
+                library.add(&path)?;
+            }
+        }
+        Ok(library)
     }
-    if lines.check.textures > 0 {
-        let count = lines.check.textures;
-        warnings.push(format!("{}: {count} texture maps are left out; materials keep their colours", file.display()));
+
+    /// Loads the materials of an MTL file. A name that is there already keeps its first meaning.
+    fn add(&mut self, file: &Path) -> Result<(), LoadError> {
+        let mut input = input::open(file)?;
+        let mut lines = CheckedLines::new(&mut input.reader, MtlCheck::default());
+        let parsed = tobj::load_mtl_buf(&mut lines);
+        let (check, stop, line) = (lines.check, lines.stop, lines.lines.number);
+        if let Some(stop) = stop {
+            return Err(stop.into_error(file, line, input.gzip));
+        }
+        if check.materials > MOST_MATERIALS {
+            let problem = format!("{} materials are more than {MOST_MATERIALS}", check.materials);
+            return Err(LoadError::new(file, problem, "leave out those that are not used"));
+        }
+        let parsed = parsed.map_err(|error| LoadError::new(file, error.to_string(), "check it in a text editor"));
+        for material in &parsed?.0 {
+            if !self.numbers.contains_key(&material.name) {
+                self.numbers.insert(material.name.clone(), self.materials.len() as u32);
+                self.materials.push(describe(material));
+            }
+        }
+        self.warnings.extend(check.warnings(file));
+        self.warnings.extend(input.warning(file));
+        Ok(())
     }
-    parsed.map_err(|e| LoadError::new(file, e.to_string(), "export the materials again").at(lines.number))
+
+    /// The material that a `usemtl` statement names; a comment may follow the name.
+    pub(super) fn index_of(&self, name: &str) -> Option<u32> {
+        let bare = || name.split_once(" #").and_then(|(name, _)| self.numbers.get(name.trim()));
+        self.numbers.get(name).or_else(bare).copied()
+    }
+}
+
+/// The names in a statement, of which some may be quoted.
+fn words(statement: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut rest = statement.trim_start();
+    while !rest.is_empty() {
+        let (word, after) = match rest.strip_prefix('"') {
+            Some(quoted) => quoted.split_once('"').unwrap_or((quoted, "")),
+            None => rest.split_once(char::is_whitespace).unwrap_or((rest, "")),
+        };
+        words.extend((!word.is_empty()).then_some(word));
+        rest = after.trim_start();
+    }
+    words
+}
+
+/// The file that an OBJ file at `obj` calls `name`, if it is beside it or in a folder beside it. Exporters write paths of their own
+/// machine: then the bare file name counts, and last its letters whether large or small.
+fn find(obj: &Path, name: &str) -> Option<PathBuf> {
+    let folder = obj.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = name.replace('\\', "/");
+    let path = Path::new(&name);
+    let bare = Path::new(path.file_name()?);
+    let beside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let exact = [beside.then_some(path), Some(bare)].into_iter().flatten().map(|path| folder.join(path));
+    exact.into_iter().find(|path| input::is_regular(path)).or_else(|| {
+        let wanted = bare.to_string_lossy().to_lowercase();
+        let alike = |name: &OsString| name.to_string_lossy().to_lowercase() == wanted;
+        let entries = fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok().map(|entry| entry.file_name()));
+        // The first by name, whatever order the disk has.
+        entries.filter(alike).min().map(|name| folder.join(name)).filter(|path| input::is_regular(path))
+    })
 }
 
 impl Stop {

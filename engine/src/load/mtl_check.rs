@@ -1,9 +1,10 @@
 //! What an MTL line must look like before the parser sees it.
 
-use super::error::quoted;
-use super::lines::{Fault, LineCheck};
+use std::path::Path;
 
-const NUMBERS: &str = "write plain numbers such as 0.25";
+use super::lines::LineCheck;
+use super::obj_read::Seen;
+use super::text::{self, quoted};
 
 /// What has been seen of an MTL file.
 #[derive(Debug, Default)]
@@ -11,37 +12,68 @@ pub(super) struct MtlCheck {
     /// Materials so far.
     pub(super) materials: u64,
     /// Texture maps, which are left out.
-    pub(super) textures: u64,
-    /// Statements of unknown meaning, which are left out.
-    pub(super) unknown: u64,
+    textures: u64,
+    /// Lines that say nothing that can be understood, which are left out, and what the first of them is.
+    odd: Seen,
+    first_odd: String,
+    /// Has the current material no name? Its lines are left out.
+    nameless: bool,
     /// Has the current material a `d`? It wins over `Tr`, which exporters disagree about.
     dissolve: bool,
 }
 
 impl LineCheck for MtlCheck {
-    fn check(&mut self, _: u64, line: &mut String) -> Result<(), Fault> {
-        let mut words = line.split_whitespace();
-        let Some(keyword) = words.next() else {
-            line.clear();
-            return Ok(());
-        };
-        let lower = keyword.to_ascii_lowercase();
-        let rewritten = match lower.as_str() {
-            "newmtl" => {
-                let name = line.trim()[keyword.len()..].trim();
-                if name.is_empty() {
-                    return Err(Fault::new("newmtl without a name", "write newmtl NAME"));
+    fn check(&mut self, number: u64, line: &mut String) {
+        let rewritten = self.rewrite(line.trim());
+        *line = match rewritten {
+            Ok(line) => line,
+            Err(problem) => {
+                if self.odd.count == 0 {
+                    self.first_odd = problem;
                 }
-                self.materials += 1;
-                self.dissolve = false;
-                format!("newmtl {name}")
+                self.odd.at(number);
+                String::new()
             }
+        };
+    }
+}
+
+impl MtlCheck {
+    /// What people should know.
+    pub(super) fn warnings(&self, file: &Path) -> impl Iterator<Item = String> {
+        let file = file.display();
+        let textures = (self.textures > 0)
+            .then(|| format!("{file}: {} texture maps are left out; materials keep their colours", self.textures));
+        let Seen { count, line } = self.odd;
+        let odd = (count > 0).then(|| {
+            let others = if count > 1 { format!(", as are {} others", count - 1) } else { String::new() };
+            format!("{file}:{line}: {}; the line is left out{others}", self.first_odd)
+        });
+        [textures, odd].into_iter().flatten()
+    }
+
+    /// A line that the parser knows, or nothing, or what is wrong.
+    fn rewrite(&mut self, line: &str) -> Result<String, String> {
+        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let mut words = rest.split_whitespace();
+        let lower = keyword.to_ascii_lowercase();
+        if lower == "newmtl" {
+            let name = rest.trim();
+            self.nameless = name.is_empty();
+            self.dissolve = false;
+            if self.nameless {
+                return Err("newmtl without a name".into());
+            }
+            self.materials += 1;
+            return Ok(format!("newmtl {name}"));
+        }
+        if self.nameless {
+            return Ok(String::new());
+        }
+        Ok(match lower.as_str() {
             "ka" | "kd" | "ks" | "ke" => match colour(keyword, words)? {
                 Some([r, g, b]) => format!("K{} {r} {g} {b}", &lower[1..]),
-                None => {
-                    self.unknown += 1;
-                    String::new()
-                }
+                None => String::new(),
             },
             "ns" => format!("Ns {}", number(keyword, words.next())?),
             "ni" => format!("Ni {}", number(keyword, words.next())?),
@@ -59,32 +91,26 @@ impl LineCheck for MtlCheck {
                 if (0.0..=255.0).contains(&model) { format!("illum {model:.0}") } else { String::new() }
             }
             _ => {
-                if lower.starts_with("map_") || matches!(lower.as_str(), "bump" | "disp" | "decal" | "refl" | "norm") {
-                    self.textures += 1;
-                } else if !keyword.starts_with('#') {
-                    self.unknown += 1;
-                }
+                self.textures += u64::from(
+                    lower.starts_with("map_") || matches!(lower.as_str(), "bump" | "disp" | "decal" | "refl" | "norm"),
+                );
                 String::new()
             }
-        };
-        *line = rewritten;
-        Ok(())
+        })
     }
 }
 
 /// A finite number; MTL has no use for others.
-fn number(keyword: &str, word: Option<&str>) -> Result<f32, Fault> {
-    let Some(word) = word else {
-        return Err(Fault::new(format!("{keyword} without a number"), NUMBERS));
-    };
-    match word.parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(Fault::new(format!("{keyword} {} is not a finite number", quoted(word)), NUMBERS)),
+fn number(keyword: &str, word: Option<&str>) -> Result<f32, String> {
+    let word = word.ok_or_else(|| format!("{} without a number", text::printable(keyword)))?;
+    match text::number(word).map(|value| value as f32) {
+        Some(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("{} {} is not a finite number", text::printable(keyword), quoted(word))),
     }
 }
 
 /// `r [g b]`; the other forms (`spectral`, `xyz`) mean nothing to us.
-fn colour<'a>(keyword: &str, mut words: impl Iterator<Item = &'a str>) -> Result<Option<[f32; 3]>, Fault> {
+fn colour<'a>(keyword: &str, mut words: impl Iterator<Item = &'a str>) -> Result<Option<[f32; 3]>, String> {
     let first = words.next();
     if matches!(first, Some("spectral" | "xyz")) {
         return Ok(None);

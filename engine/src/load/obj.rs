@@ -1,86 +1,59 @@
-//! Wavefront OBJ files, through `tobj`: objects and groups, normals, texture coordinates, a material per face.
+//! Wavefront OBJ files: objects and groups, normals, texture coordinates, colours of vertices, a material per face.
 
-use std::cell::RefCell;
-use std::collections::HashSet;
 use std::path::Path;
 
-use glam::Vec3;
-
-use super::lines::CheckedLines;
+use super::input::Input;
 use super::loaded::{Loaded, Report, display_name};
-use super::obj_check::{FaceHas, ObjCheck};
-use super::{LoadError, input, mtl, polygon};
+use super::mtl::Library;
+use super::obj_read::{Obj, Seen};
+use super::place::Place;
+use super::text::quoted;
+use super::{LoadError, polygon};
 use crate::geometry::{DEFAULT_MATERIAL, Geometry, Mesh, MeshGroup, NO_INDEX};
 use crate::scene::SceneDescription;
 
-/// The remedy for what is not OBJ.
-const REMEDY: &str = "export it as Wavefront OBJ";
-/// Statements that name MTL files beyond this many are left out.
-const MOST_LIBRARIES: usize = 64;
+/// Loads an OBJ file and the MTL files beside it.
+pub(super) fn load(file: &Path, mut input: Input, place: Option<Place>) -> Result<Loaded, LoadError> {
+    let read = Obj::read(&mut input.reader);
+    let mut obj = read.map_err(|(line, stop)| stop.into_error(file, line, input.gzip))?;
+    if obj.corners.is_empty() {
+        return Err(nothing(file, &obj));
+    }
+    let mut library = Library::of(file, &obj.libraries)?;
+    let mut warnings = std::mem::take(&mut library.warnings);
+    let material_of = materials(file, &obj, &library, &mut warnings);
 
-/// Loads an OBJ file, plain or packed with gzip, and the MTL files beside it.
-pub(super) fn load(file: &Path) -> Result<Loaded, LoadError> {
-    let input = input::open(file)?;
-    let libraries = RefCell::new(Libraries::default());
-    let mut lines = CheckedLines::new(input.reader, ObjCheck::default());
-    // Polygons are cut by `polygon`, which knows concave ones.
-    let options = tobj::LoadOptions { triangulate: false, single_index: false, ..tobj::LoadOptions::default() };
-    let parsed = tobj::load_obj_buf(&mut lines, &options, |library| {
-        libraries.borrow_mut().load(file, &library.to_string_lossy())
-    });
-    let Libraries { mut warnings, names, broken, missing, .. } = libraries.into_inner();
-    if let Some(stop) = lines.stop {
-        return Err(stop.into_error(file, lines.number, input.gzip));
-    }
-    if let Some(error) = broken {
-        return Err(error);
-    }
-    let check = lines.check;
-    if let Some((line, fault)) = check.dangling() {
-        return Err(LoadError::new(file, fault.problem, fault.remedy).at(line));
-    }
-    let (models, materials) =
-        parsed.map_err(|e| LoadError::new(file, e.to_string(), "export the mesh again").at(lines.number.max(1)))?;
-    if check.faces == 0 {
-        return Err(nothing(file, &check, lines.number));
-    }
-    let mesh = assemble(file, &models, &check)?;
-    drop(models);
+    let faces = obj.corners.len();
+    let place = place.unwrap_or_else(|| Place::of(&obj.positions, &obj.indices[0]));
+    warnings.extend(place.warning().map(|text| format!("{}: {text}", file.display())));
+    warnings.extend(left_out(file, &obj));
+    warnings.extend(input.warning(file));
+    let counts = [obj.positions.len(), obj.texture_coordinates.len(), obj.normals.len()];
+    let mesh = assemble(file, &mut obj, &material_of, &place)?;
+    drop(obj);
 
-    let mut unknown = check.materials.iter().filter(|(name, _)| !missing && !names.contains(*name));
-    if let Some((name, &line)) = unknown.next() {
-        let name = super::error::quoted(name);
-        let others = unknown.count();
-        let others = if others > 0 { format!(" (and {others} others)") } else { String::new() };
-        warnings.push(format!("{}:{line}: material {name}{others} is in no MTL file; grey is used", file.display()));
-    }
-    report_left_out(file, &check, &mut warnings);
-
-    let mut scene = SceneDescription {
-        name: display_name(file),
-        materials: materials.unwrap_or_default().iter().map(mtl::describe).collect(),
-        ..SceneDescription::default()
-    };
+    let mut scene =
+        SceneDescription { name: display_name(file), materials: library.materials, ..SceneDescription::default() };
     let mut census = mesh.census();
-    // Of the file; the mesh has those that faces use.
     for (item, count) in [
-        (Mesh::VERTICES, check.counts[0]),
-        (Mesh::TEXTURE_COORDINATES, check.counts[1]),
-        (Mesh::NORMALS, check.counts[2]),
-        (Mesh::FACES, check.faces),
+        (Mesh::VERTICES, counts[0]),
+        (Mesh::TEXTURE_COORDINATES, counts[1]),
+        (Mesh::NORMALS, counts[2]),
+        (Mesh::FACES, faces),
     ] {
-        census.set(item, count);
+        census.set(item, count as u64);
     }
     let report = Report { format: if input.gzip { "OBJ, gzip" } else { "OBJ" }, census, warnings };
     scene.add(mesh);
-    Ok(Loaded { scene, report })
+    Ok(Loaded { scene, report, place })
 }
 
 /// Do all complete lines at the start of a file look like OBJ?
 pub(super) fn looks_like(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
+    let text = text.trim_start_matches('\u{feff}');
     let mut statements = 0;
-    for line in text.split_inclusive('\n').filter(|line| line.ends_with('\n')) {
+    for line in text.split_inclusive(['\n', '\r']).filter(|line| line.ends_with(['\n', '\r'])) {
         match line.split_whitespace().next() {
             Some("v" | "vn" | "vt" | "f" | "g" | "o" | "s" | "l" | "p" | "mtllib" | "usemtl") => statements += 1,
             Some(word) if !word.starts_with('#') => return false,
@@ -90,147 +63,141 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
     statements > 0
 }
 
-/// What the `mtllib` statements of a file brought.
-#[derive(Default)]
-struct Libraries {
-    /// Statements that were carried out: exporters repeat them.
-    done: HashSet<String>,
-    names: HashSet<String>,
-    missing: bool,
-    warnings: Vec<String>,
-    broken: Option<LoadError>,
-}
-
-impl Libraries {
-    /// Loads the materials of a statement, which may name several files. A missing file is a warning.
-    fn load(&mut self, obj: &Path, library: &str) -> tobj::MTLLoadResult {
-        let mut all = mtl::Materials::default();
-        if self.done.len() >= MOST_LIBRARIES || !self.done.insert(library.to_owned()) {
-            return Ok(all);
-        }
-        let one = mtl::find(obj, library).is_some();
-        let files: Vec<&str> = if one { vec![library] } else { library.split_whitespace().collect() };
-        for name in files {
-            let Some(path) = mtl::find(obj, name) else {
-                let name = super::error::quoted(name);
-                self.missing = true;
-                self.warnings.push(format!("{}: material file {name} is not there; grey is used", obj.display()));
-                continue;
-            };
-            let (mut materials, names) = mtl::load(&path, &mut self.warnings).map_err(|error| {
-                self.broken.get_or_insert(error);
-                tobj::LoadError::ReadError
-            })?;
-            let shift = all.0.len();
-            all.0.append(&mut materials);
-            all.1.extend(names.into_iter().map(|(name, index)| (name, index + shift)));
-        }
-        self.names.extend(all.1.keys().cloned());
-        Ok(all)
+/// The index of the material that each name means. What no MTL file has is grey.
+fn materials(file: &Path, obj: &Obj, library: &Library, warnings: &mut Vec<String>) -> Vec<u32> {
+    let index = |(name, _): &(String, u64)| library.index_of(name).unwrap_or(DEFAULT_MATERIAL);
+    let of: Vec<u32> = obj.names.iter().map(index).collect();
+    let mut unknown = obj.names.iter().zip(&of).filter(|&(_, &of)| of == DEFAULT_MATERIAL && !library.missing);
+    if let Some(((name, line), _)) = unknown.next() {
+        let others = unknown.count();
+        let others = if others > 0 { format!(" (and {others} others)") } else { String::new() };
+        let name = quoted(name);
+        warnings.push(format!("{}:{line}: material {name}{others} is in no MTL file; grey is used", file.display()));
     }
+    of
 }
 
-/// One mesh of all models: `tobj` makes a model of each run of faces of one group and material.
-fn assemble(file: &Path, models: &[tobj::Model], check: &ObjCheck) -> Result<Mesh, LoadError> {
-    let total: usize = models.iter().map(|m| m.mesh.positions.len() / 3).sum();
-    if u32::try_from(total).is_err() {
-        return Err(LoadError::new(file, format!("{total} vertices are more than 32-bit indices reach"), "split it"));
+/// One mesh of all faces.
+fn assemble(file: &Path, obj: &mut Obj, material_of: &[u32], place: &Place) -> Result<Mesh, LoadError> {
+    if obj.positions.len() >= NO_INDEX as usize {
+        let problem = format!("{} vertices are more than 32-bit indices reach", obj.positions.len());
+        return Err(LoadError::new(file, problem, "split it"));
     }
     let mut mesh = Mesh { name: display_name(file), ..Mesh::default() };
-    let mut face_has = check.face_has.iter();
-    let mut cut = Vec::new();
-    let mut corner_of = Vec::new();
-    let mut positions: Vec<Vec3> = Vec::new();
-    for model in models {
-        let part = &model.mesh;
-        let base = [mesh.positions.len(), mesh.texture_coordinates.len(), mesh.normals.len()].map(|n| n as u32);
-        positions.clear();
-        positions.extend(part.positions.as_chunks::<3>().0.iter().map(|&p| Vec3::from(p)));
-        mesh.positions.extend(part.positions.as_chunks::<3>().0);
-        mesh.texture_coordinates.extend(part.texcoords.as_chunks::<2>().0);
-        mesh.normals.extend(part.normals.as_chunks::<3>().0);
-        let first = mesh.triangles.len();
-        let arities = if part.face_arities.is_empty() { &[] } else { part.face_arities.as_slice() };
-        let faces = if arities.is_empty() { part.indices.len() / 3 } else { arities.len() };
-        let mut corner = 0;
-        for face in 0..faces {
-            let arity = arities.get(face).map_or(3, |&n| n as usize);
-            let corners = corner..corner + arity;
-            corner += arity;
-            let has = face_has.next().copied().unwrap_or(FaceHas::empty());
-            // Triangles of places in the face, not of vertices: normals and texture coordinates need them too.
-            cut.clear();
-            if arity == 3 {
-                cut.push([0, 1, 2]);
-            } else {
-                corner_of.clear();
-                corner_of.extend(part.indices[corners.clone()].iter().map(|&i| positions[i as usize]));
-                let places: Vec<u32> = (0..arity as u32).collect();
-                polygon::triangulate(&corner_of, &places, &mut cut);
+    let [of_vertex, of_texture, of_normal] = &obj.indices;
+    let mut groups = obj.groups.iter().peekable();
+    let mut materials = obj.materials.iter().peekable();
+    let (mut material, mut corner) = (DEFAULT_MATERIAL, 0);
+    let (mut cut, mut cutter) = (Vec::new(), polygon::Cutter::default());
+    for (face, &arity) in obj.corners.iter().enumerate() {
+        let end = corner + arity as usize;
+        while let Some((_, name)) = groups.next_if(|(from, _)| *from <= face) {
+            let first = mesh.triangles.len() as u32;
+            mesh.groups.push(MeshGroup { name: name.clone(), first, count: 0 });
+        }
+        while let Some(&(_, number)) = materials.next_if(|(from, _)| *from <= face) {
+            material = material_of.get(number as usize).copied().unwrap_or(DEFAULT_MATERIAL);
+        }
+        // Triangles of places in the face, not of vertices: normals and texture coordinates need them too.
+        cut.clear();
+        if arity == 3 {
+            cut.push([0, 1, 2]);
+        } else {
+            cutter.cut(of_vertex[corner..end].iter().map(|&i| obj.positions[i as usize]), &mut cut);
+        }
+        let pick = |indices: &[u32], triangle: &[u32; 3]| match indices.get(corner..end) {
+            Some(indices) if !indices.contains(&NO_INDEX) => triangle.map(|place| indices[place as usize]),
+            _ => [NO_INDEX; 3],
+        };
+        for triangle in &cut {
+            mesh.triangles.push(triangle.map(|place| of_vertex[corner + place as usize]));
+            if !of_texture.is_empty() {
+                mesh.triangle_texture_coordinates.push(pick(of_texture, triangle));
             }
-            let pick =
-                |indices: &[u32], base: u32, triangle: &[u32; 3], present: bool| match indices.get(corners.clone()) {
-                    Some(indices) if present => triangle.map(|place| base + indices[place as usize]),
-                    _ => [NO_INDEX; 3],
-                };
-            for triangle in &cut {
-                mesh.triangles.push(pick(&part.indices, base[0], triangle, true));
-                if check.counts[1] > 0 {
-                    let present = has.contains(FaceHas::TEXTURE_COORDINATES);
-                    mesh.triangle_texture_coordinates.push(pick(&part.texcoord_indices, base[1], triangle, present));
-                }
-                if check.counts[2] > 0 {
-                    let present = has.contains(FaceHas::NORMALS);
-                    mesh.triangle_normals.push(pick(&part.normal_indices, base[2], triangle, present));
-                }
+            if !of_normal.is_empty() {
+                mesh.triangle_normals.push(pick(of_normal, triangle));
             }
         }
-        let material = part.material_id.map_or(DEFAULT_MATERIAL, |id| id as u32);
-        mesh.materials.resize(mesh.triangles.len(), material);
-        let count = (mesh.triangles.len() - first) as u32;
-        match mesh.groups.last_mut() {
-            Some(group) if group.name == model.name => group.count += count,
-            _ => mesh.groups.push(MeshGroup { name: model.name.clone(), first: first as u32, count }),
+        if mesh.materials.is_empty() && face > 0 && material != mesh.material {
+            let before = mesh.triangles.len() - cut.len();
+            mesh.materials.resize(before, mesh.material);
         }
+        if face == 0 {
+            mesh.material = material;
+        }
+        if !mesh.materials.is_empty() {
+            mesh.materials.resize(mesh.triangles.len(), material);
+        }
+        if let Some(group) = mesh.groups.last_mut() {
+            group.count += cut.len() as u32;
+        }
+        corner = end;
     }
-    if let Some(&material) = mesh.materials.first()
-        && mesh.materials.iter().all(|&m| m == material)
-    {
-        mesh.materials = Vec::new();
-        mesh.material = material;
-    }
+    mesh.groups.retain(|group| group.count > 0);
+    mesh.positions = obj.positions.iter().map(|&position| place.put(position)).collect();
+    mesh.texture_coordinates = std::mem::take(&mut obj.texture_coordinates);
+    mesh.normals = std::mem::take(&mut obj.normals);
+    mesh.colors = colors(std::mem::take(&mut obj.colors), mesh.positions.len());
     Ok(mesh)
 }
 
+/// Colours of all vertices, white where there is none; some programs write them from 0 to 255.
+fn colors(mut colors: Vec<[f32; 3]>, count: usize) -> Vec<[f32; 3]> {
+    if colors.is_empty() {
+        return colors;
+    }
+    let bytes = colors.iter().flatten().any(|&x| x > 1.5);
+    let white = if bytes { 255.0 } else { 1.0 };
+    colors.iter_mut().flatten().for_each(|x| *x = (*x / white).clamp(0.0, 1.0));
+    colors.resize(count, [1.0; 3]);
+    colors
+}
+
 /// The error for a file without a face.
-fn nothing(file: &Path, check: &ObjCheck, lines: u64) -> LoadError {
-    let (vertices, last) = (check.counts[0], lines.max(1));
+fn nothing(file: &Path, obj: &Obj) -> LoadError {
+    let (vertices, lines) = (obj.positions.len(), obj.lines);
     if lines == 0 {
-        LoadError::new(file, "the file is empty", "export the mesh again").at(1)
-    } else if vertices == 0 && check.unknown.0 > 0 {
-        let text = format!("not an OBJ file: {} of its {lines} lines say nothing that OBJ knows", check.unknown.0);
-        LoadError::new(file, text, REMEDY).at(check.unknown.1)
+        LoadError::new(file, "the file is empty", "name a file with a mesh in it").at(1)
+    } else if vertices == 0 && obj.unknown.count > 0 {
+        let text = format!("not an OBJ file: {} of its {lines} lines say nothing that OBJ knows", obj.unknown.count);
+        LoadError::new(file, text, "export it as Wavefront OBJ").at(obj.unknown.line)
     } else {
         let text = format!("no face in {lines} lines ({vertices} vertices)");
-        LoadError::new(file, text, "export it as a triangle mesh").at(last)
+        LoadError::new(file, text, "export it as a triangle mesh").at(lines)
     }
 }
 
-fn report_left_out(file: &Path, check: &ObjCheck, warnings: &mut Vec<String>) {
-    let file = file.display();
-    if check.non_finite.0 > 0 {
-        let (count, line) = check.non_finite;
-        warnings.push(format!("{file}:{line}: {count} vertices are not finite; their triangles are left out"));
-    }
-    if check.points_and_lines > 0 {
-        warnings.push(format!("{file}: {} points and lines are left out", check.points_and_lines));
-    }
-    if check.free_form.0 > 0 {
-        let (count, line) = check.free_form;
-        warnings.push(format!("{file}:{line}: {count} statements about curves and surfaces are left out"));
-    }
-    if check.unknown.0 > 0 {
-        let (count, line) = check.unknown;
-        warnings.push(format!("{file}:{line}: {count} lines that OBJ does not know are left out"));
-    }
+/// What is left out of a file, a line each.
+fn left_out(file: &Path, obj: &Obj) -> impl Iterator<Item = String> {
+    let file = file.display().to_string();
+    let what = [
+        (
+            obj.not_finite,
+            "vertex that is not finite; its triangles are left out",
+            "vertices that are not finite; their triangles are left out",
+        ),
+        (
+            obj.fourth_numbers,
+            "vertex with a fourth number, which is left out",
+            "vertices with a fourth number, which is left out",
+        ),
+        (
+            obj.odd_texture_coordinates,
+            "texture coordinate that is not finite; zero is used",
+            "texture coordinates that are not finite; zero is used",
+        ),
+        (obj.odd_normals, "normal that is not finite is left out", "normals that are not finite are left out"),
+        (obj.nameless_materials, "usemtl without a name; grey is used", "usemtl without a name; grey is used"),
+        (obj.points_and_lines, "point or line is left out", "points and lines are left out"),
+        (
+            obj.free_form,
+            "statement about curves and surfaces is left out",
+            "statements about curves and surfaces are left out",
+        ),
+        (obj.unknown, "line that OBJ does not know is left out", "lines that OBJ does not know are left out"),
+    ];
+    let said = move |(Seen { count, line }, one, many): (Seen, &'static str, &'static str)| {
+        (count > 0).then(|| format!("{file}:{line}: {count} {}", if count == 1 { one } else { many }))
+    };
+    what.into_iter().filter_map(said)
 }

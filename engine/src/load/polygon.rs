@@ -1,123 +1,257 @@
-//! Cutting polygons into triangles: fans for convex ones, ears for the rest (Meisters 1975).
+//! Cutting polygons into triangles: fans for convex ones, ears for the rest (Meisters 1975; Held, "FIST: Fast Industrial-Strength
+//! Triangulation of Polygons", Algorithmica 2001, for the grid).
 
-use glam::Vec3;
+use glam::{DVec2, DVec3};
 
-/// Polygons with more corners are cut as a fan, so that a hostile one costs time in proportion to its size.
-const MOST_CORNERS: usize = 256;
+/// How many corners may be looked at for each corner of a polygon, before it is cut where it stands: what crosses itself many times
+/// must not cost more than in proportion to its size.
+const LOOKS: usize = 4096;
 
-/// Appends the triangles of the polygon with corners `polygon` (indices into `positions`) to `out`: always two less
-/// than it has corners. Polygons that are not flat, cross themselves or are not finite give some triangles too.
-pub(super) fn triangulate(positions: &[Vec3], polygon: &[u32], out: &mut Vec<[u32; 3]>) {
-    match *polygon {
-        [a, b, c] => out.push([a, b, c]),
-        [first, ref rest @ ..] if rest.len() >= 3 => {
-            let convex = polygon.len() <= MOST_CORNERS && is_convex(positions, polygon);
-            if convex || polygon.len() > MOST_CORNERS {
-                out.extend(rest.windows(2).map(|pair| [first, pair[0], pair[1]]));
+/// Cuts polygons; keeps its memory.
+#[derive(Debug, Default)]
+pub(super) struct Cutter {
+    corners: Vec<DVec2>,
+    /// The corners that are left, in a ring.
+    next: Vec<u32>,
+    before: Vec<u32>,
+    /// Those that turn right, which alone may be in an ear; and where in a grid they are.
+    reflex: Vec<bool>,
+    cells: Vec<Vec<u32>>,
+    side: usize,
+    low: DVec2,
+    cell: DVec2,
+}
+
+impl Cutter {
+    /// Appends the triangles of the polygon with these corners to `out`, as places among them: always two less than it has corners.
+    /// Polygons that are not flat, cross themselves or are not finite give some triangles too.
+    pub(super) fn cut(&mut self, corners: impl Iterator<Item = [f64; 3]> + Clone, out: &mut Vec<[u32; 3]>) {
+        self.flatten(corners);
+        let count = self.corners.len() as u32;
+        if count < 3 {
+            return;
+        }
+        let ring = |place: u32| [(place + count - 1) % count, place, (place + 1) % count];
+        if (0..count).all(|place| self.turn(ring(place)) >= 0.0) {
+            out.extend((2..count).map(|place| [0, place - 1, place]));
+        } else {
+            self.cut_ears(out);
+        }
+    }
+
+    /// Looks at the polygon along its normal (Newell), so that it goes round to the left.
+    fn flatten(&mut self, mut corners: impl Iterator<Item = [f64; 3]> + Clone) {
+        self.corners.clear();
+        let Some(origin) = corners.clone().next().map(DVec3::from) else { return };
+        let (mut normal, mut last) = (DVec3::ZERO, DVec3::ZERO);
+        for corner in corners.clone().map(|corner| DVec3::from(corner) - origin) {
+            normal += last.cross(corner);
+            last = corner;
+        }
+        let size = normal.abs();
+        let (x, y) = match size.max_element() {
+            most if most == size.x => (DVec3::Y, DVec3::Z),
+            most if most == size.y => (DVec3::Z, DVec3::X),
+            _ => (DVec3::X, DVec3::Y),
+        };
+        let x = if x.cross(y).dot(normal) < 0.0 { -x } else { x };
+        let flat =
+            |corner: [f64; 3]| DVec2::new((DVec3::from(corner) - origin).dot(x), (DVec3::from(corner) - origin).dot(y));
+        self.corners.extend(corners.by_ref().map(flat));
+    }
+
+    /// Positive where the second corner turns left.
+    fn turn(&self, [a, b, c]: [u32; 3]) -> f64 {
+        let [a, b, c] = [a, b, c].map(|place| self.corners[place as usize]);
+        (b - a).perp_dot(c - b)
+    }
+
+    fn cut_ears(&mut self, out: &mut Vec<[u32; 3]>) {
+        let count = self.corners.len();
+        let places = 0..count as u32;
+        (self.next, self.before) = (places.clone().collect(), places.collect());
+        self.next.rotate_left(1);
+        self.before.rotate_right(1);
+        self.reflex = (0..count as u32).map(|place| self.turn(self.around(place)) < 0.0).collect();
+        self.sort_into_cells();
+        let mut looks = LOOKS.saturating_mul(count);
+        // `end`: the corner at which all that are left were looked at without an ear.
+        let (mut left, mut place, mut end) = (count, 0, 0);
+        let mut fruitless = false;
+        while left > 3 {
+            let ear = self.around(place);
+            let next = self.next[place as usize];
+            if fruitless || looks == 0 || self.is_ear(ear, &mut looks) {
+                out.push(ear);
+                left -= 1;
+                self.next[ear[0] as usize] = ear[2];
+                self.before[ear[2] as usize] = ear[0];
+                self.reflex[place as usize] = false;
+                // What turned left does so ever after.
+                for beside in [ear[0], ear[2]] {
+                    if self.reflex[beside as usize] && self.turn(self.around(beside)) >= 0.0 {
+                        self.reflex[beside as usize] = false;
+                    }
+                }
+                // The neighbour after it: fans become fewer needles.
+                place = self.next[next as usize];
+                (end, fruitless) = (ear[0], false);
             } else {
-                cut_ears(positions, polygon, out);
+                place = next;
+                fruitless = place == end;
             }
         }
-        _ => {}
+        let last = self.around(place);
+        out.push(last);
     }
-}
 
-/// Twice the polygon's area, as a vector along its normal (Newell).
-fn normal(positions: &[Vec3], polygon: &[u32]) -> Vec3 {
-    let origin = positions[polygon[0] as usize];
-    let corner = |i: usize| positions[polygon[i] as usize] - origin;
-    (1..polygon.len() - 1).map(|i| corner(i).cross(corner(i + 1))).sum()
-}
+    /// A corner between its neighbours.
+    fn around(&self, place: u32) -> [u32; 3] {
+        [self.before[place as usize], place, self.next[place as usize]]
+    }
 
-fn is_convex(positions: &[Vec3], polygon: &[u32]) -> bool {
-    let normal = normal(positions, polygon);
-    let n = polygon.len();
-    (0..n).all(|i| turn(positions, normal, [polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]]) >= 0.0)
-}
+    /// Does the ear turn left, and is no other corner in it?
+    fn is_ear(&self, ear: [u32; 3], looks: &mut usize) -> bool {
+        if self.turn(ear).partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+            return false;
+        }
+        let corners = ear.map(|place| self.corners[place as usize]);
+        let (low, high) = (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
+        let ([x, y], [to_x, to_y]) = (self.cell_of(low), self.cell_of(high));
+        for cell in (y..=to_y).flat_map(|y| (x..=to_x).map(move |x| (x, y))) {
+            for &place in &self.cells[cell.1 * self.side + cell.0] {
+                *looks = looks.saturating_sub(1);
+                if !self.reflex[place as usize] || ear.contains(&place) {
+                    continue;
+                }
+                let point = self.corners[place as usize];
+                let inside = (0..3).all(|k| (corners[(k + 1) % 3] - corners[k]).perp_dot(point - corners[k]) >= 0.0);
+                // Where the polygon touches itself in a corner of the ear, that does not make it less of one.
+                if inside && !corners.contains(&point) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
 
-/// Positive where the corner b turns left, seen from the tip of the normal.
-fn turn(positions: &[Vec3], normal: Vec3, [a, b, c]: [u32; 3]) -> f32 {
-    let [a, b, c] = [a, b, c].map(|i| positions[i as usize]);
-    (b - a).cross(c - b).dot(normal)
-}
-
-fn cut_ears(positions: &[Vec3], polygon: &[u32], out: &mut Vec<[u32; 3]>) {
-    let normal = normal(positions, polygon);
-    let mut left = polygon.to_vec();
-    // Each round looks at one corner; simple polygons need about two rounds a corner. The budget is for the others.
-    let mut budget = 8 * left.len();
-    let mut i = 0;
-    while left.len() > 3 {
-        let n = left.len();
-        i %= n;
-        let ear = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
-        let is_ear = turn(positions, normal, ear) > 0.0
-            && !left.iter().any(|&point| {
-                !ear.contains(&point)
-                    && (0..3).all(|k| turn(positions, normal, [ear[k], ear[(k + 1) % 3], point]) >= 0.0)
-            });
-        budget = budget.saturating_sub(1);
-        if is_ear || budget == 0 {
-            out.push(ear);
-            left.remove(i);
-        } else {
-            i += 1;
+    fn sort_into_cells(&mut self) {
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for &corner in self.corners.iter().filter(|corner| corner.is_finite()) {
+            (low, high) = (low.min(corner), high.max(corner));
+        }
+        self.side = (self.corners.len() as f64).sqrt() as usize / 2 + 1;
+        (self.low, self.cell) = (low, (high - low) / self.side as f64);
+        self.cells.iter_mut().for_each(Vec::clear);
+        self.cells.resize_with(self.cells.len().max(self.side * self.side), Vec::new);
+        for place in (0..self.corners.len()).filter(|&place| self.reflex[place]) {
+            let [x, y] = self.cell_of(self.corners[place]);
+            self.cells[y * self.side + x].push(place as u32);
         }
     }
-    out.push([left[0], left[1], left[2]]);
+
+    /// The cell that a point is in; one at the edge if it is in none.
+    fn cell_of(&self, point: DVec2) -> [usize; 2] {
+        // What is no number is 0 as an integer.
+        let at = (point - self.low) / self.cell;
+        [at.x, at.y].map(|x| (x as usize).min(self.side - 1))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn area(positions: &[Vec3], triangles: &[[u32; 3]]) -> (f32, bool) {
-        let mut all_left = true;
-        let mut sum = 0.0;
-        for t in triangles {
-            let [a, b, c] = t.map(|i| positions[i as usize]);
-            let z = (b - a).cross(c - a).z / 2.0;
-            all_left &= z >= 0.0;
-            sum += z;
-        }
-        (sum, all_left)
+    fn cut(corners: &[[f64; 2]]) -> Vec<[u32; 3]> {
+        let mut out = Vec::new();
+        Cutter::default().cut(corners.iter().map(|&[x, y]| [x, y, 5.0]), &mut out);
+        out
+    }
+
+    /// Twice the area of a polygon, and of its triangles; are they all turned the same way?
+    fn areas(corners: &[[f64; 2]], triangles: &[[u32; 3]]) -> (f64, f64, bool) {
+        let cross = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2]| ax * by - ay * bx;
+        let whole: f64 = (0..corners.len()).map(|i| cross(corners[i], corners[(i + 1) % corners.len()])).sum();
+        let each = triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|i| corners[i as usize]);
+            cross([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]])
+        });
+        let each: Vec<f64> = each.collect();
+        (whole, each.iter().sum(), each.iter().all(|area| area * whole.signum() >= 0.0))
+    }
+
+    fn is_cut_right(corners: &[[f64; 2]]) {
+        let triangles = cut(corners);
+        assert_eq!(triangles.len(), corners.len() - 2);
+        let (whole, sum, alike) = areas(corners, &triangles);
+        assert!(alike && (whole - sum).abs() < 1e-9 * whole.abs(), "{} corners: {whole} {sum} {alike}", corners.len());
+    }
+
+    /// A comb: as concave as can be.
+    fn comb(teeth: usize) -> Vec<[f64; 2]> {
+        let tooth = |i: usize| [[i as f64, 0.0], [i as f64 + 0.5, 9.0 + (i % 7) as f64]];
+        (0..teeth).flat_map(tooth).chain([[teeth as f64, -1.0], [0.0, -1.0]]).collect()
     }
 
     #[test]
-    fn a_concave_polygon_keeps_its_area() {
-        // An L and a star, the star with 10 corners.
-        let l = [(0., 0.), (2., 0.), (2., 1.), (1., 1.), (1., 2.), (0., 2.)].map(|(x, y)| Vec3::new(x, y, 5.0));
-        let mut out = Vec::new();
+    fn concave_polygons_keep_their_area() {
+        let l = [[0., 0.], [2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.]];
         for start in 0..6 {
-            out.clear();
-            let polygon: Vec<u32> = (0..6).map(|i| (i + start) % 6).collect();
-            triangulate(&l, &polygon, &mut out);
-            assert_eq!(out.len(), 4);
-            assert_eq!(area(&l, &out), (3.0, true), "from corner {start}");
+            let mut turned = l;
+            turned.rotate_left(start);
+            is_cut_right(&turned);
+            turned.reverse();
+            is_cut_right(&turned);
         }
-        let star: Vec<Vec3> = (0..10)
-            .map(|i| {
-                let (s, c) = (i as f32 * std::f32::consts::TAU / 10.0).sin_cos();
-                Vec3::new(c, s, 0.0) * if i % 2 == 0 { 1.0 } else { 0.4 }
-            })
-            .collect();
-        out.clear();
-        triangulate(&star, &(0..10).collect::<Vec<_>>(), &mut out);
-        let (sum, all_left) = area(&star, &out);
-        let expected = 10.0 * 0.5 * 0.4 * (std::f32::consts::TAU / 10.0).sin();
-        assert!(all_left && (sum - expected).abs() < 1e-5, "{sum} of {expected}");
+        for points in [10, 300, 5000] {
+            let star = |i: usize| {
+                let (s, c) = (i as f64 * std::f64::consts::TAU / points as f64).sin_cos();
+                let r = if i % 2 == 0 { 1.0 } else { 0.4 };
+                [c * r, s * r]
+            };
+            is_cut_right(&(0..points).map(star).collect::<Vec<_>>());
+        }
+        // A spiral of one wall.
+        let side = |i: usize, r: f64| {
+            let (s, c) = (i as f64 * 0.05).sin_cos();
+            [c * (1.0 + i as f64 * 0.01 + r), s * (1.0 + i as f64 * 0.01 + r)]
+        };
+        let spiral: Vec<_> = (0..3000).map(|i| side(i, 0.0)).chain((0..3000).rev().map(|i| side(i, 0.3))).collect();
+        is_cut_right(&spiral);
+        is_cut_right(&comb(100));
+    }
+
+    #[test]
+    fn a_polygon_of_a_hundred_thousand_corners_takes_no_time() {
+        let start = std::time::Instant::now();
+        is_cut_right(&comb(50_000));
+        assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+    }
+
+    #[test]
+    fn a_polygon_that_touches_itself_keeps_its_area() {
+        // A square with a hole, joined by a seam.
+        is_cut_right(&[
+            [0., 0.],
+            [4., 0.],
+            [4., 4.],
+            [0., 4.],
+            [0., 0.],
+            [1., 1.],
+            [1., 3.],
+            [3., 3.],
+            [3., 1.],
+            [1., 1.],
+        ]);
     }
 
     #[test]
     fn a_degenerate_polygon_ends() {
-        let mut out = Vec::new();
-        triangulate(&[Vec3::NAN, Vec3::ZERO, Vec3::ONE], &[0, 1, 2, 0, 1, 2, 2], &mut out);
-        assert_eq!(out.len(), 5);
-        out.clear();
-        triangulate(&[Vec3::ZERO], &[0; 2000], &mut out);
-        assert_eq!(out.len(), 1998);
-        out.clear();
-        triangulate(&[Vec3::ZERO], &[0; 2], &mut out);
-        assert_eq!(out.len(), 0);
+        assert_eq!(cut(&[[f64::NAN; 2], [0.0; 2], [1.0; 2], [f64::NAN; 2], [0.0; 2], [1.0; 2], [1.0; 2]]).len(), 5);
+        assert_eq!(cut(&[[0.0; 2]; 2000]).len(), 1998);
+        assert_eq!(cut(&[[0.0; 2]; 2]).len(), 0);
+        let random = |i: u64| ((i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) & 0xffff) as f64;
+        let crossing: Vec<_> = (0..20_000).map(|i| [random(2 * i), random(2 * i + 1)]).collect();
+        assert_eq!(cut(&crossing).len(), crossing.len() - 2);
     }
 }

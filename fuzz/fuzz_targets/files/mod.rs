@@ -29,7 +29,7 @@ pub fn write(name: &str, bytes: &[u8]) -> PathBuf {
 pub fn load(file: &Path) -> Result<Loaded, LoadError> {
     let loaded = load::load(file);
     match &loaded {
-        Ok(Loaded { scene, report }) => {
+        Ok(Loaded { scene, report, .. }) => {
             let materials = scene.materials.len();
             let meshes = scene.geometry.iter().filter_map(|geometry| geometry.downcast_ref::<Mesh>());
             let triangles: usize = meshes.map(|mesh| check_mesh(mesh, materials)).sum();

@@ -1,0 +1,294 @@
+//! The statements of an OBJ file: lists of vertices, and faces that point into them.
+
+use std::collections::HashMap;
+use std::io::BufRead;
+
+use super::lines::{Fault, Lines, Stop};
+use super::text::{number, quoted};
+use crate::geometry::NO_INDEX;
+
+/// Largest index that is taken seriously.
+const LARGEST_INDEX: u64 = 1 << 30;
+
+const NUMBERS: &str = "write plain numbers such as 0.25 or 1e-3";
+const INDICES: &str = "count the vertices that the file defines, from 1";
+
+/// The three lists that a face points into.
+const LISTS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+
+/// How often something odd was met, and the line of the first.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    pub(super) count: u64,
+    pub(super) line: u64,
+}
+
+impl Seen {
+    pub(super) fn at(&mut self, line: u64) {
+        if self.count == 0 {
+            self.line = line;
+        }
+        self.count += 1;
+    }
+}
+
+/// What an OBJ file says.
+#[derive(Debug, Default)]
+pub(super) struct Obj {
+    pub(super) positions: Vec<[f64; 3]>,
+    /// As long as `positions`, or shorter: the rest has no colour.
+    pub(super) colors: Vec<[f32; 3]>,
+    pub(super) texture_coordinates: Vec<[f32; 2]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    /// Corners of each face of three or more.
+    pub(super) corners: Vec<u32>,
+    /// Indices by list and corner, from 0. Those of texture coordinates and normals are as long as the first, or shorter: the rest is
+    /// [`NO_INDEX`].
+    pub(super) indices: [Vec<u32>; 3],
+    /// From which face on which name is used, by number.
+    pub(super) materials: Vec<(usize, u32)>,
+    /// Names of materials, with the line of their first use.
+    pub(super) names: Vec<(String, u64)>,
+    /// From which face on a group goes, and what it is called.
+    pub(super) groups: Vec<(usize, String)>,
+    /// What `mtllib` statements say.
+    pub(super) libraries: Vec<String>,
+    /// Lines that were read.
+    pub(super) lines: u64,
+    pub(super) points_and_lines: Seen,
+    pub(super) not_finite: Seen,
+    pub(super) odd_texture_coordinates: Seen,
+    pub(super) odd_normals: Seen,
+    pub(super) fourth_numbers: Seen,
+    pub(super) nameless_materials: Seen,
+    pub(super) unknown: Seen,
+    pub(super) free_form: Seen,
+    numbers: HashMap<String, u32>,
+    /// For each list: faces that pointed past the end of what was there, as (line, index), each farther than the one
+    /// before. Legal if the list grows that long later.
+    pending: [Vec<(u64, u64)>; 3],
+}
+
+/// May a backslash at its end join this line to the next? Not a comment, and not a name, which may end in one.
+fn joins(line: &[u8]) -> bool {
+    let keyword = line.trim_ascii_start().split(u8::is_ascii_whitespace).next().unwrap_or_default();
+    !line.contains(&b'#') && !matches!(keyword, b"usemtl" | b"mtllib" | b"o" | b"g" | b"usemap" | b"maplib")
+}
+
+impl Obj {
+    /// Reads all statements.
+    ///
+    /// # Errors
+    /// Why reading stopped, and at which line.
+    pub(super) fn read(input: impl BufRead) -> Result<Self, (u64, Stop)> {
+        let mut obj = Self::default();
+        let mut lines = Lines::new(input);
+        loop {
+            match lines.next(joins) {
+                Ok(Some((number, line))) => obj.statement(number, line).map_err(|fault| (number, fault.into()))?,
+                Ok(None) => break,
+                Err(stop) => return Err((lines.number, stop)),
+            }
+        }
+        obj.lines = lines.number;
+        obj.dangling().map_or(Ok(obj), |(line, fault)| Err((line, fault.into())))
+    }
+
+    fn statement(&mut self, line: u64, text: &str) -> Result<(), Fault> {
+        let text = text.trim();
+        let (keyword, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        // Not any `#`: some programs write `1.#IND`.
+        let words = || rest.split_whitespace().take_while(|word| !word.starts_with('#'));
+        match keyword {
+            "v" => self.vertex(line, words())?,
+            "vt" => self.texture(line, words())?,
+            "vn" => self.normal(line, words())?,
+            "f" | "fo" => self.face(line, words())?,
+            "usemtl" => self.material(line, rest.trim()),
+            "mtllib" => self.libraries.push(rest.trim().to_owned()),
+            "o" | "g" => {
+                let name = rest.trim();
+                if self.groups.last().is_none_or(|(_, last)| last != name) {
+                    self.groups.push((self.corners.len(), name.to_owned()));
+                }
+            }
+            "p" | "l" => self.points_and_lines.at(line),
+            "" | "s" | "mg" | "usemap" | "maplib" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj"
+            | "trace_obj" => {}
+            "vp" | "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim" | "hole"
+            | "scrv" | "sp" | "end" | "con" | "ctech" | "stech" => self.free_form.at(line),
+            _ if keyword.starts_with('#') => {}
+            _ => self.unknown.at(line),
+        }
+        Ok(())
+    }
+
+    /// `v x y z [w | r g b [a]]`.
+    fn vertex<'a>(&mut self, line: u64, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
+        let mut values = [0.0; 6];
+        let mut seen = 0;
+        for word in words.take(values.len()) {
+            values[seen] = parse(word, "coordinate")?;
+            seen += 1;
+        }
+        let [x, y, z, r, g, b] = values;
+        if seen < 3 {
+            return Err(Fault::new(format!("a vertex with {seen} of 3 coordinates"), "write v x y z"));
+        }
+        if ![x, y, z].iter().all(|x| x.is_finite()) {
+            self.not_finite.at(line);
+        }
+        match seen {
+            6 => {
+                let color = [r, g, b].map(|x| if x.is_finite() { x as f32 } else { 1.0 });
+                self.colors.resize(self.positions.len(), [1.0; 3]);
+                self.colors.push(color);
+            }
+            4.. if r != 1.0 => self.fourth_numbers.at(line),
+            _ => {}
+        }
+        self.positions.push([x, y, z]);
+        Ok(())
+    }
+
+    /// `vt u [v [w]]`.
+    fn texture<'a>(&mut self, line: u64, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
+        let mut uv = [0.0; 2];
+        let mut seen = 0;
+        for (value, word) in uv.iter_mut().zip(words) {
+            *value = parse(word, "texture coordinate")? as f32;
+            seen += 1;
+        }
+        if seen == 0 {
+            return Err(Fault::new("a texture coordinate without numbers", "write vt u v"));
+        }
+        if !uv.iter().all(|x| x.is_finite()) {
+            self.odd_texture_coordinates.at(line);
+            uv = [0.0; 2];
+        }
+        self.texture_coordinates.push(uv);
+        Ok(())
+    }
+
+    /// `vn x y z`.
+    fn normal<'a>(&mut self, line: u64, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
+        let mut xyz = [0.0; 3];
+        let mut seen = 0;
+        for (value, word) in xyz.iter_mut().zip(words) {
+            *value = parse(word, "normal")? as f32;
+            seen += 1;
+        }
+        if seen < 3 {
+            return Err(Fault::new(format!("a normal with {seen} of 3 components"), "write vn x y z"));
+        }
+        if !xyz.iter().all(|x| x.is_finite()) {
+            self.odd_normals.at(line);
+            // Shading leaves out normals without a length.
+            xyz = [0.0; 3];
+        }
+        self.normals.push(xyz);
+        Ok(())
+    }
+
+    /// Names are numbered by first use. Nameless: grey, as Blender means it.
+    fn material(&mut self, line: u64, name: &str) {
+        if name.is_empty() {
+            self.nameless_materials.at(line);
+        }
+        let number = if name.is_empty() {
+            NO_INDEX
+        } else if let Some(&number) = self.numbers.get(name) {
+            number
+        } else {
+            let number = self.names.len() as u32;
+            self.names.push((name.to_owned(), line));
+            self.numbers.insert(name.to_owned(), number);
+            number
+        };
+        if self.materials.last().is_none_or(|&(_, last)| last != number) {
+            self.materials.push((self.corners.len(), number));
+        }
+    }
+
+    /// `f v v v ...`, each `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    fn face<'a>(&mut self, line: u64, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
+        let first = self.indices[0].len();
+        let mut corners = 0;
+        for word in words {
+            for (list, field) in word.split('/').enumerate() {
+                if list >= 3 {
+                    let problem = format!("face corner {} has more than 3 indices", quoted(word));
+                    return Err(Fault::new(problem, "write v/vt/vn"));
+                }
+                if !field.is_empty() {
+                    let index = self.index(line, list, field)?;
+                    self.indices[list].resize(first + corners, NO_INDEX);
+                    self.indices[list].push(index);
+                } else if list == 0 {
+                    let problem = format!("face corner {} has no vertex index", quoted(word));
+                    return Err(Fault::new(problem, "write v/vt/vn"));
+                }
+            }
+            corners += 1;
+        }
+        if corners == 0 {
+            return Err(Fault::new("a face without corners", "remove the line"));
+        }
+        if corners < 3 {
+            self.points_and_lines.at(line);
+            self.indices.iter_mut().for_each(|indices| indices.truncate(first));
+            return Ok(());
+        }
+        self.corners.push(corners as u32);
+        Ok(())
+    }
+
+    /// How many are in a list.
+    fn count(&self, list: usize) -> u64 {
+        [self.positions.len(), self.texture_coordinates.len(), self.normals.len()][list] as u64
+    }
+
+    /// An index, from 0.
+    fn index(&mut self, line: u64, list: usize, field: &str) -> Result<u32, Fault> {
+        let (name, count) = (LISTS[list], self.count(list));
+        let huge = || {
+            let problem = format!("{name} index {} is out of range: {count} are defined before it", quoted(field));
+            Fault::new(problem, INDICES)
+        };
+        let index: i64 = field.parse().map_err(|_| {
+            let digits = field.trim_start_matches(['-', '+']);
+            if !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()) {
+                huge()
+            } else {
+                Fault::new(format!("{name} index {} is not a whole number", quoted(field)), "write v/vt/vn")
+            }
+        })?;
+        match index {
+            0 => Err(Fault::new(format!("{name} index 0; indices start at 1"), "add 1 to every index of the file")),
+            ..0 => count.checked_sub(index.unsigned_abs()).map(|index| index as u32).ok_or_else(huge),
+            _ if index as u64 > LARGEST_INDEX => Err(huge()),
+            _ => {
+                let index = index as u64;
+                if index > count && self.pending[list].last().is_none_or(|&(_, farthest)| index > farthest) {
+                    self.pending[list].push((line, index));
+                }
+                Ok((index - 1) as u32)
+            }
+        }
+    }
+
+    /// The first face that points past the end of a list: its line and what is wrong.
+    fn dangling(&self) -> Option<(u64, Fault)> {
+        let first = |list: usize| {
+            let count = self.count(list);
+            let &(line, index) = self.pending[list].iter().find(|(_, index)| *index > count)?;
+            let problem = format!("{} index {index} is out of range: {count} are defined", LISTS[list]);
+            Some((line, Fault::new(problem, INDICES)))
+        };
+        (0..3).filter_map(first).min_by_key(|(line, _)| *line)
+    }
+}
+
+fn parse(word: &str, what: &str) -> Result<f64, Fault> {
+    number(word).ok_or_else(|| Fault::new(format!("{what} {} is not a number", quoted(word)), NUMBERS))
+}
