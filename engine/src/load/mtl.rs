@@ -38,8 +38,8 @@ impl Library {
     /// Loads what the `mtllib` statements of an OBJ file name, each file once. A missing file is a warning.
     pub(super) fn of(obj: &Path, statements: &[String]) -> Result<Self, LoadError> {
         let mut library = Self::default();
-        let mut seen = HashSet::new();
-        for statement in statements {
+        let (mut said, mut seen) = (HashSet::new(), HashSet::new());
+        for statement in statements.iter().filter(|&statement| said.insert(statement)).take(MOST_NAMES) {
             // A statement is a name with spaces, if there is such a file, or several names.
             let whole = statement.trim_matches('"');
             let names = if find(obj, whole).is_some() { vec![whole] } else { words(statement) };

@@ -73,7 +73,10 @@ impl Place {
         }
         if self.scale != 1.0 {
             let too = if self.scale > 1.0 { "small" } else { "large" };
-            done.push(format!("too {too} for the numbers that rays are traced with: it is scaled by {:e}", self.scale));
+            done.push(format!(
+                "too {too} for the numbers that rays are traced with: it is scaled by 2^{}",
+                self.scale.log2()
+            ));
         }
         Some(format!("the model is {}", done.join(", and ")))
     }

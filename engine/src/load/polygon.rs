@@ -3,9 +3,9 @@
 
 use glam::{DVec2, DVec3};
 
-/// How many corners may be looked at for each corner of a polygon, before it is cut where it stands: what crosses itself many times
-/// must not cost more than in proportion to its size.
-const LOOKS: usize = 4096;
+/// How many corners may be looked at for each corner of a polygon, and for all, before it is cut where it stands: what crosses itself
+/// many times must not cost more than in proportion to its size.
+const LOOKS: [usize; 2] = [4096, 1 << 28];
 
 /// Cuts polygons; keeps its memory.
 #[derive(Debug, Default)]
@@ -74,7 +74,7 @@ impl Cutter {
         self.before.rotate_right(1);
         self.reflex = (0..count as u32).map(|place| self.turn(self.around(place)) < 0.0).collect();
         self.sort_into_cells();
-        let mut looks = LOOKS.saturating_mul(count);
+        let mut looks = LOOKS[0].saturating_mul(count).min(LOOKS[1]);
         // `end`: the corner at which all that are left were looked at without an ear.
         let (mut left, mut place, mut end) = (count, 0, 0);
         let mut fruitless = false;
