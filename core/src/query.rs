@@ -33,7 +33,8 @@ const WIDTH: usize = 256;
 /// So few rays are traced one by one: a packet would be set up for hardly any.
 const FEW: usize = 4;
 
-/// A ray: the half-open interval `(t_min, t_max]` of `origin + t * direction`.
+/// A ray: the half-open interval `(t_min, t_max]` of `origin + t * direction`. One that starts on a triangle, as far as its
+/// coordinates can tell, meets it at t = 0: with `t_min` 0 it is not hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where it starts.

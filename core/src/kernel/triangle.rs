@@ -15,6 +15,12 @@
 //! - Grazing: a ray through an edge or vertex hits every triangle that has it; ties go to the lowest id.
 //!
 //! Where products of coordinates overflow, the test goes to f64 as well.
+//!
+//! A ray that starts on a triangle meets it at t = 0, which is not in an interval from 0 on; but rounding makes any small number of
+//! that. So a distance that rounding alone can have made is 0: hits that are very near, for the size of the triangle's coordinates
+//! relative to the origin, go to f64, where it is known how far off the depth may be because corners were rounded when they were
+//! moved and sheared ([`ROUNDED`]). It holds at every level, and takes nothing from a ray that starts at any distance that its
+//! coordinates can tell from 0. Only a ray that goes on nearly in the triangle's plane may hit it farther on.
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
@@ -34,6 +40,11 @@ pub struct ShearedRay<F> {
 /// How far off the ray a hit may be weighed together, as a fraction of the size of the triangle's coordinates relative
 /// to the ray's origin; see [`crate::traverse`] for what becomes of it.
 pub const OFF: f32 = 1.0 / (1 << 20) as f32;
+
+/// Hits at less than this fraction of the size of the triangle's coordinates may be at 0.
+pub const NEAR: f32 = 1.0 / (1 << 21) as f32;
+/// By how much of its size a coordinate of a corner may be off: four roundings, twice.
+const ROUNDED: f64 = 8.0 / (1 << 24) as f64;
 
 /// Products outside of this range may have lost bits to underflow, or everything to overflow.
 const PRECISE: [f32; 2] = [1e-30, 1e38];
@@ -67,20 +78,23 @@ pub fn triangle<T: Token, const SKIP: bool>(
     let det = u + v + w;
     let depth = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
     let t = depth / det * ray.inverse_forward;
-    let hit = inside & t.gt(ray.t_min) & t.le(ray.t_max);
+    let ahead = inside & t.gt(ray.t_min);
+    let hit = ahead & t.le(ray.t_max);
     // The weights' point, times `det`.
     let off_x = w.mul_add(cx, v.mul_add(bx, u * ax)).abs();
     let off_y = w.mul_add(cy, v.mul_add(by, u * ay)).abs();
     let off = off_x.max(off_y) * token.splat(1.0 / OFF);
     // One corner is a size at hand, but too small a one for rays that start close to it.
     let size = a[2].abs().max(ax.abs()).max(ay.abs()) * det.abs();
-    let rough = inside.and_not(off.lt(size) & is_precise(token, size));
+    // Whatever the end of the interval, which what else is hit moves.
+    let near = ahead & depth.abs().lt(size * token.splat(NEAR));
+    let rough = inside.and_not(off.lt(size) & is_precise(token, size)) | near;
     if !rough.any() {
         return (hit, t);
     }
     // Another one is too small only on tiny triangles.
     let size = c[2].abs().max(bx.abs()).max(by.abs()) * det.abs();
-    let rough = rough.and_not(off.lt(size) & is_precise(token, size));
+    let rough = rough.and_not(off.lt(size) & is_precise(token, size)) | near;
     if !rough.any() {
         return (hit, t);
     }
@@ -111,7 +125,19 @@ fn in_f64(bits: u32, lanes: &[[f32; 16]; 12]) -> (u32, [f32; 16]) {
         let [ax, ay, bx, by, cx, cy, az, bz, cz, inverse_forward, t_min, t_max] = lanes.map(|lane| f64::from(lane[i]));
         let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        t[i] = ((u * az + v * bz + w * cz) / (u + v + w) * inverse_forward) as f32;
+        let (depth, det) = (u * az + v * bz + w * cz, u + v + w);
+        // How much the depth changes by x and y, times `det`.
+        let by_x = ((bz - az) * (cy - ay) - (cz - az) * (by - ay)).abs();
+        let by_y = ((cz - az) * (bx - ax) - (bz - az) * (cx - ax)).abs();
+        let off = |weight: f64, x: f64, y: f64, z: f64| {
+            let (x, y, z) = (x.abs(), y.abs(), z.abs());
+            weight.abs() * (z * det.abs() + (x + z) * by_x + (y + z) * by_y)
+        };
+        let off = ROUNDED * (off(u, ax, ay, az) + off(v, bx, by, bz) + off(w, cx, cy, cz));
+        // A triangle that is seen edge-on is at any depth; boxes are not widened by more.
+        let size = [ax, ay, az, bx, by, bz, cx, cy, cz].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let off = off.min(f64::from(NEAR) * size * det * det);
+        t[i] = if depth.abs() * det.abs() < off { 0.0 } else { (depth / det * inverse_forward) as f32 };
         if inside && f64::from(t[i]) > t_min && f64::from(t[i]) <= t_max {
             hit |= 1 << i;
         }

@@ -275,3 +275,75 @@ fn spheres_whose_squared_radius_is_not_a_number_to_work_with_are_left_out() {
     let bvh = Bvh::<SphereBlock>::spheres(radii.len(), 0, &Serial, |i| [0.0, 0.0, 0.0, radii[i]]);
     assert_eq!(bvh.primitives(), 3);
 }
+
+/// Rounding made distances such as 4e-13 of 0, at some levels and not at others: a ray hit the triangle that it starts on.
+#[test]
+fn a_ray_that_starts_on_a_triangle_does_not_hit_it() {
+    let mut random = crate::common::Random(11);
+    let mut near = 0;
+    for round in 0..3000 {
+        // Corners and weights of few bits: the origin is exactly on the triangle.
+        let size = [1.0, 1e-3, 4096.0][round % 3];
+        let corners = [0, 1, 2].map(|_| (random.point(64.0).round() / 4.0 * size).to_array());
+        let [a, b, c] = corners.map(mobula_core::glam::Vec3::from);
+        let (u, v) = (random.below(9) as f32 / 16.0, random.below(8) as f32 / 16.0);
+        let exact = |k: usize| {
+            let [a, b, c] = [a[k], b[k], c[k]].map(f64::from);
+            a * f64::from(1.0 - u - v) + b * f64::from(u) + c * f64::from(v)
+        };
+        let origin = [0, 1, 2].map(|k| exact(k) as f32);
+        if (0..3).any(|k| f64::from(origin[k]) != exact(k)) || (b - a).cross(c - a).length() == 0.0 {
+            continue;
+        }
+        near += 1;
+        let bvh = Bvh::<TriangleBlock>::triangles(1, 0, &Serial, |_| corners);
+        let mut packet = RayPacket::<16>::default();
+        packet.reset(0..16);
+        for i in 0..16 {
+            // Into all directions, some of them nearly in the triangle's plane.
+            let within = (b - a) * (random.unit() - 0.5) + (c - a) * (random.unit() - 0.5);
+            let direction = if i % 4 == 0 { within + random.point(1e-3 * size) } else { random.point(2.0) };
+            packet.set_ray(i, origin.into(), direction);
+        }
+        for token in AnyToken::available() {
+            for common in [Properties::empty(), Properties::COMMON_ORIGIN] {
+                let mut packet = packet.clone();
+                packet.promise(common);
+                bvh.intersect(token, &mut packet);
+                for i in 0..16 {
+                    let (t, (_, direction)) = (packet.t_max[i], packet.ray(i));
+                    // Nearly in the plane, what was rounded may be anywhere, but not at next to nothing.
+                    let normal = (b - a).cross(c - a).normalize();
+                    let steep = normal.dot(direction.normalize()).abs() > 0.01;
+                    let nothing = t * direction.abs().max_element() < 1e-7 * size;
+                    let wrong = packet.was_hit(i) && (steep || nothing);
+                    assert!(!wrong, "{token:?} {common:?} {corners:?} {:?}: {t:e}", packet.ray(i));
+                }
+            }
+            for i in 0..16 {
+                let (origin, direction) = packet.ray(i);
+                let one = bvh.intersect_one(token, origin, direction, [0.0, f32::INFINITY]);
+                let mut again = packet.clone();
+                bvh.intersect(token, &mut again);
+                assert_eq!(one, again.was_hit(i).then(|| (again.t_max[i], 0)), "{token:?}");
+            }
+        }
+    }
+    assert!(near > 1000, "{near}");
+}
+
+/// What is told apart from 0 is hit: a ray that starts right above a large floor.
+#[test]
+fn a_ray_that_starts_right_above_a_large_floor_hits_it() {
+    let floor = [[-900.0, 0.0, -900.0], [900.0, 0.0, -900.0], [0.0, 0.0, 900.0]];
+    let bvh = Bvh::<TriangleBlock>::triangles(1, 0, &Serial, |_| floor);
+    for token in AnyToken::available() {
+        for height in [1e-3f32, 1e-6, 1e-9, 1e-20, 1e-30] {
+            let ray =
+                |down: f32| bvh.intersect_one(token, [3.0, height, 5.0].into(), [0.3, down, 0.2].into(), [0.0, 9e9]);
+            let (t, _) = ray(-1.0).unwrap_or_else(|| panic!("{token:?} {height:e}"));
+            assert!((t - height).abs() <= 1e-6 * height, "{token:?} {height:e} {t:e}");
+            assert_eq!(ray(1.0), None);
+        }
+    }
+}

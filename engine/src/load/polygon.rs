@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 /// How many corners may be looked at for each corner of a polygon, and for all, before it is cut where it stands: what crosses itself
 /// many times must not cost more than in proportion to its size.
-const LOOKS: [usize; 2] = [4096, 1 << 28];
+const LOOKS: [usize; 2] = [4096, 1 << 26];
 
 /// Cuts polygons; keeps its memory.
 #[derive(Debug, Default)]
