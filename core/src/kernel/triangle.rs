@@ -20,7 +20,8 @@
 //! that. So a distance that rounding alone can have made is 0: hits that are very near, for the size of the triangle's coordinates
 //! relative to the origin, go to f64, where it is known how far off the depth may be because corners were rounded when they were
 //! moved and sheared ([`ROUNDED`]). It holds at every level, and takes nothing from a ray that starts at any distance that its
-//! coordinates can tell from 0. Only a ray that goes on nearly in the triangle's plane may hit it farther on.
+//! coordinates can tell from 0. Only a ray that goes on nearly in the triangle's plane, or starts on a needle,
+//! may hit it farther on.
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
@@ -41,8 +42,10 @@ pub struct ShearedRay<F> {
 /// to the ray's origin; see [`crate::traverse`] for what becomes of it.
 pub const OFF: f32 = 1.0 / (1 << 20) as f32;
 
-/// Hits at less than this fraction of the size of the triangle's coordinates may be at 0.
+/// Depths of less than this fraction of the size of the triangle's coordinates may be 0.
 pub const NEAR: f32 = 1.0 / (1 << 21) as f32;
+/// Depths of less than this fraction of the size of one corner's coordinates are looked at.
+const LOOK: f32 = 1.0 / (1 << 18) as f32;
 /// By how much of its size a coordinate of a corner may be off: four roundings, twice.
 const ROUNDED: f64 = 8.0 / (1 << 24) as f64;
 
@@ -87,7 +90,7 @@ pub fn triangle<T: Token, const SKIP: bool>(
     // One corner is a size at hand, but too small a one for rays that start close to it.
     let size = a[2].abs().max(ax.abs()).max(ay.abs()) * det.abs();
     // Whatever the end of the interval, which what else is hit moves.
-    let near = ahead & depth.abs().lt(size * token.splat(NEAR));
+    let near = ahead & depth.abs().lt(size * token.splat(LOOK));
     let rough = inside.and_not(off.lt(size) & is_precise(token, size)) | near;
     if !rough.any() {
         return (hit, t);
