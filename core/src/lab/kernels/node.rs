@@ -106,7 +106,8 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodePacket<COMMON_ORIGIN> {
             let mut distances = NodeDistances::NONE;
             let mut met = frusta.boxes(token, planes, &mut distances);
             let (nears, bits) = out.split_at_mut(8);
-            nears.copy_from_slice(&distances.near);
+            // Which zero the first of all origins is depends on the lanes; this makes both positive.
+            nears.iter_mut().zip(distances.near).for_each(|(out, near)| *out = near + 0.0);
             bits.fill(0.0);
             while met != 0 {
                 let slot = met.trailing_zeros() as usize % 8;
