@@ -67,8 +67,11 @@ impl<B: StageBuffer> Buffers<B> {
         }
     }
 
-    /// Forgets the frames on their way, after a run that ended early.
+    /// Forgets the frames on their way, after a run that ended early. What stage 0 has is not finished: it is no picture.
     pub(super) fn forget(&mut self) {
+        if let (Some(Some(_)), Some(slots)) = (self.stamps.first(), self.slots.first_mut()) {
+            slots.iter_mut().for_each(|slot| slot.holds = None);
+        }
         self.stamps.fill(None);
     }
 

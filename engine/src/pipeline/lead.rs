@@ -163,6 +163,9 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
         shared: &mut Shared<S, B>,
         leader: &mut Leader<S>,
     ) -> Result<Phase, Caught> {
+        if self.halted() {
+            return Ok(Phase::Over);
+        }
         match shared.phase {
             Phase::Setup => {
                 leader.requests.changed = true;
@@ -178,6 +181,10 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
             Phase::PreRender => self.begin_turn(shared, leader),
             Phase::Over => Ok(Phase::Over),
         }
+    }
+
+    fn halted(&self) -> bool {
+        self.signals.halted.load(Ordering::Relaxed)
     }
 
     fn finish_turn<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) {
@@ -204,6 +211,9 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
             shared.time = leader.now(shared.frame, config.frame_time);
             let (_, mut point) = leader.point(shared);
             leader.transactions += inbox.flush(&mut point)? as u64;
+            if self.halted() {
+                return Ok(Phase::Over);
+            }
             if leader.requests.stop || leader.frames_left == 0 {
                 return Ok(drain(shared));
             }

@@ -3,7 +3,7 @@
 //! Source: Bigler, Stephens and Parker 2006, section 5.2, Figures 2 and 3.
 
 use std::sync::atomic::Ordering;
-use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::thread::{Builder, Scope};
 use std::time::{Duration, Instant};
 
@@ -36,13 +36,8 @@ pub(super) struct Run<'p, S, B> {
 
 impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     pub(super) fn new(pipeline: Parts<'p, S, B>, report: Report) -> Self {
-        Self {
-            pipeline,
-            barrier: Barrier::new(1),
-            signals: Signals::default(),
-            fault: Mutex::new(None),
-            report: Mutex::new(report),
-        }
+        let signals = Signals { halted: Arc::clone(&pipeline.inbox.halted), ..Signals::default() };
+        Self { pipeline, barrier: Barrier::new(1), signals, fault: Mutex::new(None), report: Mutex::new(report) }
     }
 
     /// Runs until the run is over. It begins with one thread, which sends for the others at its first safe point. The

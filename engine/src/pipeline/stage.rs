@@ -5,6 +5,7 @@
 //! the balanced stages first, then the imbalanced, then the dynamic ones (Figure 3), so that a thread that was busy with
 //! an imbalanced stage joins the dynamic one late and simply gets less of it.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -122,7 +123,7 @@ impl<'a, S, B> Frame<'a, S, B> {
         self.signals.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether another thread failed, so that going on is in vain. Long stages ask between pieces of work.
+    /// Whether another thread failed or the frame was [given up](super::Handle::halt), so that going on is in vain. Long stages ask between pieces of work.
     pub fn halted(&self) -> bool {
         self.signals.halted.load(Ordering::Relaxed)
     }
@@ -139,7 +140,8 @@ impl<S, B> std::fmt::Debug for Frame<'_, S, B> {
 pub(super) struct Signals {
     pub(super) more: AtomicBool,
     pub(super) stop: AtomicBool,
-    pub(super) halted: AtomicBool,
+    /// The same as the senders' of transactions.
+    pub(super) halted: Arc<AtomicBool>,
 }
 
 /// A stage made of a closure.

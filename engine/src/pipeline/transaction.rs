@@ -69,6 +69,19 @@ impl<S: 'static> Handle<S> {
         self.at_barrier("stop", |point| point.stop())
     }
 
+    /// Ends the run at once: the frame that is being rendered is given up between two pieces of work ([`Frame::halted`]) and
+    /// is not displayed; nor is what later stages have not begun with. Before a run it ends that; after one it does nothing.
+    ///
+    /// [`Frame::halted`]: super::Frame::halted
+    pub fn halt(&self) {
+        // SeqCst: pairs with the stores in `close`. Whichever comes last, nothing is left for the next run.
+        self.inbox.halted.store(true, Ordering::SeqCst);
+        if self.inbox.closed.load(Ordering::SeqCst) {
+            self.inbox.halted.store(false, Ordering::SeqCst);
+        }
+        self.inbox.wake();
+    }
+
     /// Whether transactions are refused, because the pipeline has stopped.
     pub fn is_stopped(&self) -> bool {
         self.inbox.closed.load(Ordering::Relaxed)
@@ -166,6 +179,8 @@ pub(super) struct Inbox<S> {
     asleep: AtomicBool,
     unparker: Unparker,
     handles: AtomicUsize,
+    /// What is being done is in vain: a thread failed, or somebody gave up. Relaxed: a hint that the barrier repeats.
+    pub(super) halted: Arc<AtomicBool>,
     pub(super) progress: CachePadded<Meter>,
 }
 
@@ -223,6 +238,7 @@ impl<S> Inbox<S> {
             asleep: AtomicBool::new(false),
             unparker: parker.unparker().clone(),
             handles: AtomicUsize::new(0),
+            halted: Arc::default(),
             progress: CachePadded::default(),
         }
     }
@@ -269,9 +285,10 @@ impl<S> Inbox<S> {
         self.queue.is_empty()
     }
 
-    /// Refuses transactions from now on, and those that are queued.
+    /// Refuses transactions from now on, and those that are queued. The run is over: there is nothing to give up.
     pub(super) fn close(&self) {
-        self.closed.store(true, Ordering::Relaxed);
+        self.closed.store(true, Ordering::SeqCst);
+        self.halted.store(false, Ordering::SeqCst);
         fence(Ordering::SeqCst); // pairs with the fence in `send`
         self.refuse_all();
     }
@@ -287,11 +304,11 @@ impl<S> Inbox<S> {
         }
     }
 
-    /// Sleeps until a transaction arrives, the last handle is dropped, or the time is over.
+    /// Sleeps until a transaction arrives, somebody gives up, the last handle is dropped, or the time is over.
     pub(super) fn sleep(&self, parker: &Parker, limit: Option<Duration>) {
         self.asleep.store(true, Ordering::Relaxed);
         fence(Ordering::SeqCst); // pairs with the fences in `send` and `wake`
-        if self.is_empty() && (limit.is_some() || !self.nobody_can_send()) {
+        if self.is_empty() && !self.halted.load(Ordering::Relaxed) && (limit.is_some() || !self.nobody_can_send()) {
             match limit {
                 Some(limit) => parker.park_timeout(limit),
                 None => parker.park(),

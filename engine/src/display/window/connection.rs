@@ -64,7 +64,8 @@ impl Connection {
             });
             let shown = self.events.run_app(&mut viewer).map_err(|error| WindowError::Open(error.to_string()));
             let opened = viewer.finish();
-            handle.stop();
+            // Nobody waits for a frame that nobody will see.
+            handle.halt();
             let rendered = rendering.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             rendered?;
             shown.and(opened)
