@@ -9,6 +9,7 @@ use mobula::load::{self, Loaded, Report};
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
+use super::say;
 
 /// More warnings than these are only counted.
 const MOST_WARNINGS: usize = 8;
@@ -34,6 +35,9 @@ pub(crate) fn open(name: &Path) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let spinner = spinner(format!("loading {}", name.display()));
     let loaded = match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
+        Some(name) if !generate::has_memory(name) => {
+            Err(Failure::Output(format!("{name}: there is no memory for this scene")))
+        }
         Some(name) => {
             generate::generate(name).map(|scene| Loaded { report: Report::of_scene(&scene), scene }).ok_or_else(|| {
                 let known = generate::SCENES.map(|(name, _)| name).join(", ");
@@ -46,24 +50,28 @@ pub(crate) fn open(name: &Path) -> Result<Loaded, Failure> {
     let loaded = loaded?;
     warn(&loaded.report.warnings);
     let seconds = start.elapsed().as_secs_f64();
-    eprintln!("mobula: {}: {}, loaded in {seconds:.2} s", loaded.scene.name, contents(&loaded));
+    say!("mobula: {}: {}, loaded in {seconds:.2} s", loaded.scene.name, contents(&loaded));
     Ok(loaded)
 }
 
 /// A sign of life, on terminals only.
 pub(crate) fn spinner(text: String) -> ProgressBar {
     let spinner = ProgressBar::new_spinner().with_message(text);
-    spinner.enable_steady_tick(Duration::from_millis(100));
+    // It has a thread of its own, which must not be asked for where there are none.
+    let threads = std::thread::Builder::new().spawn(|| ()).is_ok();
+    if threads && !spinner.is_hidden() {
+        spinner.enable_steady_tick(Duration::from_millis(100));
+    }
     spinner
 }
 
 /// Prints warnings.
 pub(crate) fn warn(warnings: &[String]) {
     for warning in warnings.iter().take(MOST_WARNINGS) {
-        eprintln!("mobula: warning: {warning}");
+        say!("mobula: warning: {warning}");
     }
     if warnings.len() > MOST_WARNINGS {
-        eprintln!("mobula: warning: {} more warnings", warnings.len() - MOST_WARNINGS);
+        say!("mobula: warning: {} more warnings", warnings.len() - MOST_WARNINGS);
     }
 }
 
