@@ -297,7 +297,7 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
         let mut resized = std::mem::take(&mut leader.new_channels);
         for channel in std::mem::take(&mut leader.requests.channels) {
             resized.push(shared.channels.len());
-            catch("frame buffer", || shared.buffers.add_channel(channel.size))?;
+            shared.buffers.add_channel();
             shared.channels.push(channel);
         }
         for (index, size) in std::mem::take(&mut leader.requests.resize) {

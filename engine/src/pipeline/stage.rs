@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::channel::Channel;
+use super::fault;
 use crate::image::{FrameBuffer, Size};
 
 /// How the work of a stage is shared among the render threads.
@@ -58,13 +59,14 @@ pub struct Plan<'a> {
 
 /// A buffer that each stage has one of, for each channel.
 pub trait StageBuffer: Send + Sync + 'static {
-    /// A buffer for pictures of a size. Called at the barrier when a channel is new or has been resized.
+    /// A buffer for pictures of a size. Called at the barrier when a channel is new or has been resized. Ends the run with
+    /// [`fault::fail`](super::fault::fail) where there is no memory for it.
     fn for_size(size: Size) -> Self;
 }
 
 impl StageBuffer for FrameBuffer {
     fn for_size(size: Size) -> Self {
-        Self::with_size(size)
+        Self::try_with_size(size).unwrap_or_else(|error| fault::fail(error))
     }
 }
 
