@@ -1,7 +1,8 @@
-//! A kind of geometry that Mobula does not know: upright cylinders, with a kernel, a tree, and a picture.
+//! A kind of geometry that Mobula does not know: upright cylinders, with a kernel, a tree, and a picture, `cylinder.png`.
 
 use bytemuck::Zeroable;
 use mobula::accel::AccelerationKind;
+use mobula::display::png::write_png;
 use mobula::geometry::{Census, Geometry, InTree, Item, Structure, Tree};
 use mobula::packet::{Hits, PacketWidth, Surface};
 use mobula::prelude::*;
@@ -32,10 +33,7 @@ fn cylinder<T: Token>(
     // Where the ray is closest to the axis: more precise than b * b - a * c far away.
     let (off_x, off_z) = (dx.mul_sub(closest, x), dz.mul_sub(closest, z));
     let half = ((radius * radius - (off_x * off_x + off_z * off_z)) / square).sqrt();
-    let side = |t: T::F32| {
-        let within = dy.mul_sub(t, y).abs().le(height);
-        (within & t.gt(t_min) & t.le(t_max), t)
-    };
+    let side = |t: T::F32| (dy.mul_sub(t, y).abs().le(height) & t.gt(t_min) & t.le(t_max), t);
     let ((near, t_near), (far, t_far)) = (side(closest - half), side(closest + half));
     (near | far, t_near.select(near, t_far))
 }
@@ -83,16 +81,14 @@ impl Block for FourCylinders {
         let middle = splat3(token, [rows[0][i], rows[1][i], rows[2][i]]);
         let middle = if COMMON_ORIGIN { middle } else { sub(middle, load3(token, rays.origins(), at)) };
         let interval = [token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at)];
-        let size = [token.splat(rows[3][i]), token.splat(rows[4][i])];
+        let size = [3, 4].map(|row| token.splat(rows[row][i]));
         let (hit, t) = cylinder::<T>(middle, size, load3(token, rays.directions(), at), interval);
         (hit & among, t)
     }
     #[inline(always)]
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
-        let [x, y, z, height, radius] = &self.0;
-        let middle = [token.load(x, i), token.load(y, i), token.load(z, i)];
-        let size = [token.load(height, i), token.load(radius, i)];
-        cylinder::<T>(sub(middle, ray.origin), size, ray.direction, [ray.t_min, ray.t_max])
+        let [x, y, z, height, radius] = self.0.each_ref().map(|row| token.load(row, i));
+        cylinder::<T>(sub([x, y, z], ray.origin), [height, radius], ray.direction, [ray.t_min, ray.t_max])
     }
 }
 
@@ -136,15 +132,18 @@ impl Surface for Cylinders {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut scene, size) = (mobula::builtin::scene(), Size::new(160, 120)?);
+    let (mut scene, size) = (mobula::builtin::scene(), Size::new(640, 480)?);
     scene.add(Cylinders(vec![[-3.6, 1.0, -3.0, 1.3, 0.35], [0.0, 1.2, -3.0, 1.5, 0.3]]));
     let mut pictures = Vec::new();
     for &width in PacketWidth::ALL {
-        let mut pipeline =
-            Components { width, ..Components::build(&scene, size)? }.pipeline(size, Config::default())?;
+        let components = Components { width, ..Components::build(&scene, size)? };
+        let mut pipeline = components.pipeline(size, Config::default())?;
         pipeline.run(1)?;
-        pictures.push(pipeline.picture(0).expect("a picture").1.to_rgba8());
+        let picture = pipeline.picture(0).expect("a picture").1;
+        write_png("cylinder.png".as_ref(), picture)?;
+        pictures.push(picture.to_rgba8());
     }
-    assert!(pictures.iter().all(|picture| *picture == pictures[0]), "one picture at every packet width");
+    assert!(pictures.windows(2).all(|two| two[0] == two[1]), "one picture at every packet width");
+    println!("wrote cylinder.png: the same picture with packets of {} rays", PacketWidth::list());
     Ok(())
 }

@@ -39,5 +39,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut encoder = png::Encoder::new(std::fs::File::create(&output)?, width, height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.write_header()?.write_image_data(&picture.to_rgba8())?;
+    println!("wrote {output}");
     Ok(())
 }

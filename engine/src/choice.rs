@@ -21,7 +21,7 @@ pub fn list(names: &[&str]) -> String {
     }
 }
 
-/// Defines an enum whose variants have names: `ALL`, `NAMES`, `name`, `FromStr`, `Display`. With `-> Trait` in the head, and
+/// Defines an enum whose variants have names: `ALL`, `NAMES`, `name`, `FromStr` (upper and lower case are the same), `Display`. With `-> Trait` in the head, and
 /// `=> value` in each line, `build` makes the component.
 macro_rules! choice {
     ($(#[$outer:meta])* $kind:literal $type:ident $(($argument:ident: $of:ty))? -> $trait:path {
@@ -63,7 +63,7 @@ macro_rules! choice {
         impl std::str::FromStr for $type {
             type Err = $crate::choice::UnknownName;
             fn from_str(name: &str) -> Result<Self, Self::Err> {
-                Self::ALL.iter().copied().find(|choice| choice.name() == name).ok_or_else(|| {
+                Self::ALL.iter().copied().find(|choice| choice.name().eq_ignore_ascii_case(name)).ok_or_else(|| {
                     let known = Self::NAMES.join(", ");
                     $crate::choice::UnknownName { kind: $kind, name: name.to_owned(), known }
                 })

@@ -46,6 +46,15 @@ pub fn to_pixels(token: AnyToken, colors: [&[f32]; 3], count: usize, out: &mut [
     token.run(ToPixels { colors, count, out });
 }
 
+/// The linear colour that bytes on the sRGB curve stand for.
+pub fn from_srgb8(bytes: [u8; 3]) -> Vec3 {
+    let linear = |byte: u8| {
+        let v = f64::from(byte) / 255.0;
+        if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
+    };
+    Vec3::from(bytes.map(|byte| linear(byte) as f32))
+}
+
 struct ToPixels<'a> {
     colors: [&'a [f32]; 3],
     count: usize,
@@ -77,9 +86,7 @@ mod tests {
     #[test]
     fn every_byte_survives_the_way_through_linear() {
         for byte in 0..=255_u8 {
-            let v = f64::from(byte) / 255.0;
-            let linear = if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
-            assert_eq!(to_srgb8(linear as f32), byte);
+            assert_eq!(to_pixel(from_srgb8([byte, 255 - byte, 7])), rgba8(byte, 255 - byte, 7, 255));
         }
     }
 

@@ -38,6 +38,19 @@ pub fn generate(name: &str) -> Option<SceneDescription> {
     Some(scene)
 }
 
+/// Asks for the memory that a scene takes while it is made, and gives it back. False if the system has none.
+pub fn has_memory(name: &str) -> bool {
+    /// Bytes of a primitive, in lists that have room for twice as many while they grow.
+    const EACH: usize = 80;
+    let primitives = match name.strip_prefix(PREFIX) {
+        Some("terr1m") => 1_036_288,
+        Some("terr10m") => 10_240_000,
+        Some("csafe") => 2_800_000,
+        _ => 250_000,
+    };
+    Vec::<u8>::new().try_reserve_exact(primitives * EACH).is_ok()
+}
+
 /// A view whose vertical field of view has the tangent `th` at its half.
 fn view(eye: [f32; 3], at: [f32; 3], th: f32) -> View {
     View { eye: eye.into(), at: at.into(), up: Vec3::Y, fov: 2.0 * th.atan().to_degrees() }

@@ -26,6 +26,14 @@ pub enum SizeError {
         /// The height asked for.
         height: usize,
     },
+    /// The system has no memory for it.
+    #[error("there is no memory for a picture of {width}x{height}: it takes {} MiB", (width * height).div_ceil(1 << 18))]
+    NoMemory {
+        /// The width asked for.
+        width: usize,
+        /// The height asked for.
+        height: usize,
+    },
 }
 
 /// The size of a picture in pixels: never empty, never more than [`MAX_PIXELS`].
@@ -89,14 +97,26 @@ pub struct FrameBuffer {
 }
 
 impl FrameBuffer {
-    /// A transparent black picture. Errors as [`Size::new`] does.
+    /// A transparent black picture. Errors as [`Size::new`] does, and where there is no memory for it.
     pub fn new(width: usize, height: usize) -> Result<Self, SizeError> {
-        Ok(Self::with_size(Size::new(width, height)?))
+        Self::try_with_size(Size::new(width, height)?)
     }
 
     /// A transparent black picture of a size that was checked before.
+    ///
+    /// # Panics
+    /// Where there is no memory for it.
     pub fn with_size(size: Size) -> Self {
-        Self { size, pixels: (0..size.pixels()).map(|_| AtomicU32::new(0)).collect() }
+        Self::try_with_size(size).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// A transparent black picture of a size that was checked before. Errors where there is no memory for it.
+    pub fn try_with_size(size: Size) -> Result<Self, SizeError> {
+        let mut pixels = Vec::new();
+        let reserved = pixels.try_reserve_exact(size.pixels());
+        reserved.map_err(|_| SizeError::NoMemory { width: size.width(), height: size.height() })?;
+        pixels.extend((0..size.pixels()).map(|_| AtomicU32::new(0)));
+        Ok(Self { size, pixels: pixels.into_boxed_slice() })
     }
 
     /// The size.

@@ -8,7 +8,10 @@ use std::time::{Duration, Instant};
 
 use mobula_core::lab::{Entry, KERNELS, Plan, Row, WIDTHS, filtered};
 use mobula_core::simd::{AnyToken, Level, clock};
+use plotters::coord::Shift;
 use plotters::prelude::*;
+
+use crate::output;
 
 mobula_core::traversals! { static TRAVERSALS; }
 
@@ -129,6 +132,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> io::Result<bool> {
     if options.json {
         writeln!(out, "{}", serde_json::Value::from_iter(all.iter().map(json)))?;
     }
+    out.flush()?;
     if let Some(folder) = &options.plot {
         plot(&all, folder)?;
     }
@@ -240,7 +244,9 @@ fn plot(all: &[Measured], folder: &Path) -> io::Result<()> {
     }
     for (name, chart) in charts {
         let path = folder.join(name + ".svg");
-        chart.draw(&path).map_err(|error| io::Error::other(format!("{}: {error}", path.display())))?;
+        let text = chart.draw().map_err(|error| io::Error::other(format!("{}: {error}", path.display())))?;
+        let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+        output::write(&path, |mut file| file.write_all(text.as_bytes())).map_err(named)?;
     }
     Ok(())
 }
@@ -252,12 +258,17 @@ struct Chart {
 }
 
 impl Chart {
-    fn draw(&self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
-        let root = SVGBackend::new(path, (800, 500)).into_drawing_area();
+    fn draw(&self) -> Result<String, Box<dyn std::error::Error>> {
+        let mut text = String::new();
+        self.draw_to(&SVGBackend::with_string(&mut text, (800, 500)).into_drawing_area())?;
+        Ok(text)
+    }
+
+    fn draw_to(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Box<dyn std::error::Error>> {
         root.fill(&WHITE)?;
         let values = || self.lines.values().flatten().map(|&(_, y)| y);
         let (least, greatest) = (values().fold(f64::MAX, f64::min), values().fold(f64::MIN_POSITIVE, f64::max));
-        let mut chart = ChartBuilder::on(&root)
+        let mut chart = ChartBuilder::on(root)
             .caption(&self.title, ("sans-serif", 20))
             .margin(12)
             .x_label_area_size(40)

@@ -48,6 +48,7 @@
 //! | [`pipeline`] | threads, stages, transactions, callbacks; knows nothing of rays |
 //! | [`balance`] | load balancers: who gets which part of a frame's work |
 //! | [`image`] | frame buffers |
+//! | [`output`] | files that are whole or not there |
 //! | [`color`] | from linear colours to bytes |
 //! | [`view`] | where a camera stands and looks |
 //! | [`choice`] | components that are chosen by name |
@@ -72,6 +73,7 @@ pub mod load;
 pub mod material;
 pub mod math;
 pub mod medium;
+pub mod output;
 pub mod packet;
 pub mod pipeline;
 pub mod prelude;

@@ -160,3 +160,138 @@ fn an_interrupt_leaves_no_half_written_picture() {
     let rest: Vec<_> = lines.map(Result::unwrap).collect();
     assert!(rest.iter().any(|line| line == "mobula: error: interrupted; nothing was written"), "{rest:?}");
 }
+
+#[test]
+fn what_cannot_be_said_is_lost_and_what_cannot_be_delivered_is_1() {
+    let folder = Folder::new("unsaid");
+    folder.write("pyramid.obj", PYRAMID);
+    let render = ["render", "pyramid.obj", "--size", "32x32", "--stats", "-o", "out.png"];
+    let closed = || {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        writer
+    };
+    let written = || fs::remove_file(folder.0.join("out.png")).is_ok();
+    let code = |command: &mut std::process::Command| command.status().unwrap().code();
+    assert_eq!((code(folder.mobula(&render).stderr(closed())), written()), (Some(0), true));
+    assert_eq!(code(folder.mobula(&["render", "none.obj"]).stderr(closed())), Some(1));
+    assert_eq!(code(folder.mobula(&["--nonsense"]).stderr(closed())), Some(2));
+    let answers = [&["info", "pyramid.obj"][..], &["info", "pyramid.obj", "--json"], &["--help"], &["--version"]];
+    for arguments in answers {
+        // Who closed the pipe knows.
+        let done = support::Done::new(folder.mobula(arguments).stdout(closed()).output().unwrap());
+        assert_eq!((done.code, done.err.contains("error")), (Some(1), false), "{arguments:?}: {done:?}");
+    }
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full");
+    if full().is_err() {
+        return;
+    }
+    assert_eq!((code(folder.mobula(&render).stderr(full().unwrap())), written()), (Some(0), true));
+    for arguments in answers.into_iter().chain([&[&render[..], &["--json"]].concat()[..]]) {
+        let done = support::Done::new(folder.mobula(arguments).stdout(full().unwrap()).output().unwrap());
+        assert_eq!(done.code, Some(1), "{arguments:?}: {done:?}");
+        assert!(error_line(&done.err).starts_with("standard output cannot be written: "), "{done:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_overwritten_stays_what_it_is() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+    let folder = Folder::new("overwrite");
+    folder.write("pyramid.obj", PYRAMID);
+    folder.write("out.png", "");
+    let longest = "n".repeat(251) + ".png";
+    fs::set_permissions(folder.0.join("out.png"), PermissionsExt::from_mode(0o600)).unwrap();
+    symlink("made.png", folder.0.join("link.png")).unwrap();
+    for (name, file) in [("out.png", "out.png"), ("link.png", "made.png"), (&longest, &longest)] {
+        let done = folder.run(&["render", "pyramid.obj", "--size", "16x8", "-o", name]);
+        assert_eq!(done.code, Some(0), "{done:?}");
+        assert_eq!(support::picture(&folder.0.join(file)).0, 16);
+    }
+    assert_eq!(fs::metadata(folder.0.join("out.png")).unwrap().mode() & 0o777, 0o600);
+    assert!(folder.0.join("link.png").is_symlink());
+    assert_eq!(folder.files(), ["link.png", "made.png", &longest, "out.png", "pyramid.obj"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_leave_no_unfinished_file() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new("unfinished");
+    folder.write("pyramid.obj", PYRAMID);
+    for (signals, expected) in [(&["-TERM"][..], 143), (&["-INT", "-INT"], 130)] {
+        // Who is slow to look may miss it.
+        let caught = (0..20).any(|_| {
+            let arguments = ["render", "pyramid.obj", "--size", "2500x2000", "-o", "out.png"];
+            let mut child = folder.mobula(&arguments).stderr(Stdio::null()).spawn().unwrap();
+            let unfinished = || folder.files().iter().any(|name| name.ends_with(".tmp"));
+            while !unfinished() && child.try_wait().unwrap().is_none() {
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+            for signal in signals {
+                Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+            }
+            let code = child.wait().unwrap().code();
+            let written = fs::remove_file(folder.0.join("out.png")).is_ok();
+            assert_eq!(folder.files(), ["pyramid.obj"], "{signals:?}: {code:?}");
+            code == Some(expected) && !written
+        });
+        assert!(caught, "{signals:?}: no signal came while the file was written");
+    }
+}
+
+/// No stack is that large, so no thread can be started.
+const NO_THREADS: (&str, &str) = ("RUST_MIN_STACK", "1152921504606846976");
+
+#[test]
+fn where_there_are_no_threads_one_renders() {
+    let folder = Folder::new("threads");
+    folder.write("pyramid.obj", PYRAMID);
+    let render = ["render", "pyramid.obj", "gen:terr20k", "--size", "60x40", "--threads", "4", "-o"];
+    let run = |out: &str| folder.mobula(&[&render[..], &[out]].concat()).env(NO_THREADS.0, NO_THREADS.1).output();
+    let done = support::Done::new(run("alone.png").unwrap());
+    assert_eq!(done.code, Some(0), "{done:?}");
+    assert!(done.err.contains("mobula: warning: only 1 of 4 threads could be started"), "{done:?}");
+    assert_eq!(folder.run(&[&render[..], &["out.png"]].concat()).code, Some(0));
+    assert!(fs::read(folder.0.join("alone.png")).unwrap() == fs::read(folder.0.join("out.png")).unwrap());
+    let scale = ["scale", "pyramid.obj", "--size", "16x16", "--rounds", "1", "--threads", "2"];
+    let done = support::Done::new(folder.mobula(&scale).env(NO_THREADS.0, NO_THREADS.1).output().unwrap());
+    assert_eq!(done.code, Some(1), "{done:?}");
+    assert!(error_line(&done.err).contains("threads could be started"), "{done:?}");
+}
+
+#[cfg(all(target_os = "linux", target_pointer_width = "64"))]
+#[test]
+fn memory_that_is_refused_is_an_error() {
+    let folder = Folder::new("memory");
+    folder.write("pyramid.obj", PYRAMID);
+    for (scene, size, expected) in [
+        ("pyramid.obj", "16384x16384", "there is no memory for a picture of 16384x16384: it takes 1024 MiB"),
+        ("pyramid.obj", "268435456x1", "there is no memory for a picture of 268435456x1: it takes 1024 MiB"),
+        ("gen:terr1m", "16x16", "there is no memory to build over 1036288 primitives"),
+        ("gen:terr10m", "16x16", "gen:terr10m: there is no memory"),
+    ] {
+        let limited = "ulimit -v 220000 && exec \"$0\" render --threads 1 -o out.png \"$@\"";
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", limited, env!("CARGO_BIN_EXE_mobula"), scene, "--size", size]).current_dir(&folder.0);
+        let done = support::Done::new(command.output().unwrap());
+        assert_eq!(done.code, Some(1), "{scene} {size}: {done:?}");
+        assert!(error_line(&done.err).starts_with(expected), "{}", done.err);
+    }
+    assert_eq!(folder.files(), ["pyramid.obj"]);
+}
+
+#[cfg(all(feature = "window", target_os = "linux"))]
+#[test]
+fn without_a_display_scenes_are_told_of_first() {
+    let folder = Folder::new("display");
+    folder.write("pyramid.obj", PYRAMID);
+    let done = folder.run(&["view", "pyramid.obj"]);
+    assert_eq!(done.code, Some(1), "{done:?}");
+    let line = error_line(&done.err);
+    assert!(line.starts_with("cannot open a window: ") && line.ends_with("writes a picture instead"), "{line}");
+    assert!(!line.contains(".rs") && !line.contains("/"), "{line}");
+    let done = folder.run(&["view", "none.obj"]);
+    assert!(error_line(&done.err).starts_with("none.obj: no such file"), "{done:?}");
+}

@@ -376,3 +376,20 @@ fn a_slow_display_hides_behind_rendering() {
     let ratios: Vec<f64> = (0..5).map(|_| time(true) / time(false)).collect();
     assert!(ratios.iter().any(|&ratio| ratio < 1.25), "with a slow display, of the time without: {ratios:?}");
 }
+
+/// No stack is that large, so no thread can be started: the thread that runs the pipeline renders.
+#[test]
+fn where_there_are_no_threads_the_caller_renders() {
+    let config = Config { stack_size: Some(1 << 60), ..Config::with_threads(4) };
+    let mut pipeline = Pipeline::new((), config).unwrap();
+    pipeline.add_channel("main", Size::new(8, 8).unwrap());
+    let caller = std::thread::current().id();
+    pipeline.add_stage(stage("render", Balance::Dynamic, move |frame: &Frame<'_, ()>| {
+        assert_eq!((std::thread::current().id(), frame.threads), (caller, 1));
+    }));
+    for _ in 0..2 {
+        let report = pipeline.run(3).unwrap();
+        assert_eq!((report.frames, report.threads.len()), (3, 1));
+        assert!(report.notes.iter().any(|note| note.starts_with("no render thread could be started")));
+    }
+}

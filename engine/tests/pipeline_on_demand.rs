@@ -233,3 +233,49 @@ fn a_progressive_picture_is_refined_while_nothing_changes() {
         assert!(steps.lock().unwrap().len() >= 12 * 5);
     }
 }
+
+#[test]
+fn a_frame_that_is_given_up_is_no_picture() {
+    for threads in [1, 3] {
+        let mut pipeline = Pipeline::new((), Config::with_threads(threads)).unwrap();
+        pipeline.add_channel("main", Size::new(20, 20).unwrap());
+        // Frame 2 never ends by itself.
+        pipeline.add_stage(stage("render", Balance::Dynamic, |frame: &Frame<'_, ()>| {
+            while frame.number == 2 && !frame.halted() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }));
+        let shown = Arc::<Mutex<Vec<u64>>>::default();
+        let log = Arc::clone(&shown);
+        pipeline.add_stage(stage("show", Balance::Imbalanced, move |frame: &Frame<'_, ()>| {
+            log.lock().unwrap().push(frame.number);
+        }));
+        let handle = pipeline.handle();
+        std::thread::scope(|scope| {
+            let run = scope.spawn(|| pipeline.run(10).unwrap());
+            wait(|| shown.lock().unwrap().contains(&1));
+            handle.halt();
+            assert_eq!(run.join().unwrap().frames, 2);
+        });
+        assert_eq!(pipeline.picture(0).unwrap().0, 1, "the newest picture is of a frame that was finished");
+        // After the end there is nothing to give up, and the next run begins with the frame that was not rendered.
+        handle.halt();
+        pipeline.callbacks().at_frame("end", 2, |point| point.stop());
+        assert_eq!(pipeline.run(10).unwrap().frames, 0);
+        assert_eq!(*shown.lock().unwrap(), [0, 1]);
+    }
+}
+
+#[test]
+fn an_idle_pipeline_that_is_given_up_ends() {
+    let mut pipeline = on_demand(2);
+    pipeline.add_stage(stage("render", Balance::Dynamic, |_: &Frame<'_, Vec<String>>| ()));
+    let handle = pipeline.handle();
+    std::thread::scope(|scope| {
+        let run = scope.spawn(|| pipeline.run_until_stopped().unwrap());
+        wait_for_frames(&handle, 1);
+        std::thread::sleep(Duration::from_millis(20));
+        handle.halt();
+        assert_eq!(run.join().unwrap().frames, 1);
+    });
+}

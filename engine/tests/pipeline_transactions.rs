@@ -280,3 +280,103 @@ fn rendering_never_holds_up_a_sender() {
         assert_eq!(pipeline.run(2).unwrap().transactions, 1000);
     });
 }
+
+#[test]
+fn what_lies_beyond_all_times_is_waited_for() {
+    let (mut pipeline, _) = watched(2);
+    let handle = pipeline.handle();
+    std::thread::scope(|scope| {
+        let waiter = scope.spawn(move || handle.send("change", |world| world.change(0, 0)).wait_for(Duration::MAX));
+        std::thread::sleep(Duration::from_millis(50));
+        pipeline.run(2).unwrap();
+        assert!(waiter.join().unwrap().is_some());
+    });
+}
+
+#[test]
+fn to_wait_on_a_render_thread_is_an_error() {
+    let mut pipeline = Pipeline::new(Vec::new(), Config::with_threads(2)).unwrap();
+    type Answer = Result<u64, TransactionError>;
+    let inside = pipeline.handle();
+    let waited = Arc::new(Mutex::new(Vec::new()));
+    let note = Arc::clone(&waited);
+    pipeline.add_channel("main", Size::new(8, 8).unwrap());
+    pipeline.add_stage(stage("waits", Balance::Balanced, move |_: &Frame<'_, Vec<Answer>>| {
+        let ticket = inside.send("from a stage", |_| ());
+        note.lock().unwrap().extend([Some(ticket.wait()), ticket.wait_for(Duration::MAX)]);
+    }));
+    let handle = pipeline.handle();
+    let sender = pipeline.handle();
+    let late = handle.send("waits", move |answers: &mut Vec<Answer>| {
+        answers.push(sender.send("from a transaction", |_| ()).wait());
+    });
+    let sender = pipeline.handle();
+    pipeline.callbacks().parallel_pre_render("waits", move |_| {
+        assert_eq!(sender.send("from a callback", |_| ()).wait(), Err(TransactionError::InVain));
+    });
+    // Another pipeline's thread may be waited for.
+    let mut other = Pipeline::new(0, Config::with_threads(1)).unwrap();
+    other.add_channel("main", Size::new(8, 8).unwrap());
+    let handle = other.handle();
+    pipeline.callbacks().at_frame("waits for the other", 1, move |_| {
+        assert!(handle.send("from outside", |_| ()).wait().is_ok());
+        handle.stop();
+    });
+    std::thread::scope(|scope| {
+        scope.spawn(|| other.run_until_stopped().unwrap());
+        pipeline.run(3).unwrap();
+    });
+    assert_eq!(late.wait(), Ok(0));
+    assert!(waited.lock().unwrap().iter().all(|answer| *answer == Some(Err(TransactionError::InVain))));
+    assert_eq!(pipeline.into_state(), [Err(TransactionError::InVain)]);
+}
+
+#[test]
+fn to_wait_where_nobody_runs_the_pipeline_is_an_error() {
+    let (mut pipeline, _) = watched(1);
+    let handle = pipeline.handle();
+    let ticket = handle.send("change", |world| world.change(0, 0));
+    assert_eq!(ticket.wait_for(Duration::from_millis(1)), None);
+    assert_eq!(ticket.wait(), Err(TransactionError::InVain));
+    assert_eq!(ticket.wait_for(Duration::MAX), Some(Err(TransactionError::InVain)));
+    // It is still queued.
+    pipeline.run(1).unwrap();
+    assert_eq!(ticket.wait(), Ok(0));
+}
+
+#[test]
+fn what_panics_when_it_is_refused_is_a_fault_and_all_are_told() {
+    struct Bomb(&'static str);
+    impl Drop for Bomb {
+        fn drop(&mut self) {
+            std::panic::panic_any(self.0);
+        }
+    }
+    let (mut pipeline, _) = watched(2);
+    let (handle, sender) = (pipeline.handle(), pipeline.handle());
+    let tickets = Arc::new(Mutex::new(Vec::new()));
+    let keep = Arc::clone(&tickets);
+    let stop = handle.at_barrier("stop", move |point| {
+        point.stop();
+        let bomb = Bomb("it was dropped");
+        let mut kept = keep.lock().unwrap();
+        kept.push(sender.send("before", |_| ()));
+        kept.push(sender.send("bomb", move |_| drop(bomb)));
+        kept.push(sender.send("behind", |_| ()));
+    });
+    let fault = pipeline.run(3).unwrap_err();
+    assert_eq!((fault.component.as_str(), fault.message.as_str()), ("transaction bomb", "it was dropped"));
+    assert_eq!(stop.wait(), Ok(0));
+    for ticket in tickets.lock().unwrap().iter() {
+        assert_eq!(ticket.wait(), Err(TransactionError::Stopped));
+    }
+    // And when nobody runs it any more.
+    let bomb = Bomb("late");
+    assert_eq!(handle.send("late bomb", move |_| drop(bomb)).wait(), Err(TransactionError::Stopped));
+    let (pipeline, _) = watched(1);
+    let (handle, bomb) = (pipeline.handle(), Bomb("never"));
+    let ticket = handle.send("bomb", move |_| drop(bomb));
+    let behind = handle.send("behind", |_| ());
+    drop(pipeline);
+    assert_eq!([ticket.wait(), behind.wait()], [Err(TransactionError::Stopped), Err(TransactionError::Stopped)]);
+}

@@ -23,6 +23,11 @@ impl Drop for Owned {
 
 /// A virtual display, and its name.
 fn display() -> Option<(Owned, String)> {
+    display_with("800x600x24", &[])
+}
+
+/// As [`display`], with a screen of a size and options of the server's.
+fn display_with(screen: &str, options: &[&str]) -> Option<(Owned, String)> {
     for (program, argument) in [("Xvfb", "-help"), ("xdotool", "version")] {
         let found = Command::new(program).arg(argument).stdout(Stdio::null()).stderr(Stdio::null()).status();
         if found.is_err() {
@@ -33,7 +38,7 @@ fn display() -> Option<(Owned, String)> {
     let mut server = Command::new("Xvfb");
     // Without -noreset it starts anew when its last client leaves, which may be a search for the window, and drops who
     // comes meanwhile.
-    server.args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp", "-noreset"]);
+    server.args(["-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp", "-noreset"]).args(options);
     let mut child = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let mut number = String::new();
     BufReader::new(child.stdout.take().unwrap()).read_line(&mut number).unwrap();
@@ -55,7 +60,7 @@ impl Session {
     fn start(display: String, test: &str, options: &[&str]) -> Self {
         let folder = Folder::new(test);
         folder.write("pyramid.obj", PYRAMID);
-        let mut command = folder.mobula(&[&["view", "pyramid.obj", "--size", "320x240"], options].concat());
+        let mut command = folder.mobula(&[&["view", "pyramid.obj"], options].concat());
         let mut viewer = Owned(command.env("DISPLAY", &display).stderr(Stdio::piped()).spawn().unwrap());
         let said = Arc::<Mutex<Vec<String>>>::default();
         let (listener, lines) = (Arc::clone(&said), BufReader::new(viewer.0.stderr.take().unwrap()).lines());
@@ -147,7 +152,7 @@ fn wait(what: &str, mut done: impl FnMut() -> bool) {
 #[test]
 fn keys_mouse_size_and_screenshots() {
     let Some((_server, name)) = display() else { return };
-    let mut session = Session::start(name, "window", &["--threads", "1"]);
+    let mut session = Session::start(name, "window", &["--size", "320x240", "--threads", "1"]);
     // The viewer sets this title when it listens to events: focus that comes earlier may be missed, and keys with it.
     session.wait_title("pyramid | 320x240 |");
     session.xdotool(&format!("windowfocus --sync {}", session.window));
@@ -201,8 +206,29 @@ fn keys_mouse_size_and_screenshots() {
 #[test]
 fn a_display_that_goes_away_ends_the_viewer() {
     let Some((server, name)) = display() else { return };
-    let mut session = Session::start(name, "gone", &[]);
+    let mut session = Session::start(name, "gone", &["--size", "320x240"]);
     drop(server);
     // Not a success, and not a signal.
     assert_eq!(session.end(), Some(1), "{:?}", session.said.lock().unwrap());
+}
+
+/// More than one request of X11 may hold, on a server that has no shared memory.
+#[test]
+fn a_large_picture_is_drawn_in_parts() {
+    let Some((_server, name)) = display_with("2600x1900x24", &["-extension", "MIT-SHM"]) else { return };
+    let mut session = Session::start(name, "strips", &["--size", "2500x1800", "--renderer", "primary"]);
+    session.wait_title("pyramid | 2500x1800 |");
+    let options = ["--size", "2500x1800", "--renderer", "primary", "-o", "same.png"];
+    let done = session.folder.run(&[&["render", "pyramid.obj"], &options[..]].concat());
+    assert_eq!(done.code, Some(0), "{done:?}");
+    let picture = support::picture(&session.folder.0.join("same.png"));
+    wait("picture", || session.pixels().is_none_or(|pixels| pixels == picture));
+    session.xdotool(&format!("windowfocus --sync {}", session.window));
+    let mut ended = None;
+    wait("end", || {
+        session.xdotool("key Escape");
+        ended = session.viewer.0.try_wait().unwrap();
+        ended.is_some()
+    });
+    assert_eq!(ended.unwrap().code(), Some(0), "{:?}", session.said.lock().unwrap());
 }

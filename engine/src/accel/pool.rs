@@ -1,21 +1,90 @@
 //! Threads to build with.
 
+use std::sync::OnceLock;
+
 use mobula_core::bvh::Join;
+use rayon_core::{ThreadPool, ThreadPoolBuilder};
 
 /// Does two things at once on the threads of the process's pool, which sleep while nothing is built. The first build starts
-/// them; before any thread is bound to a core, or they would be too.
+/// them; before any thread is bound to a core, or they would be too. Where there are none, builds do without: if the system has
+/// no threads to give, and in a process that was forked from the one that started them, since threads are not copied.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pool;
+
+/// The threads and the process that they are in.
+struct Threads {
+    process: u32,
+    pool: Option<ThreadPool>,
+}
+
+static THREADS: OnceLock<Threads> = OnceLock::new();
 
 impl Pool {
     /// Does on one of its threads what joins often: to join from outside wakes one each time.
     pub(crate) fn enter<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-        rayon_core::scope(|_| work())
+        let threads = THREADS.get_or_init(|| Threads::start(ThreadPoolBuilder::new));
+        threads.enter(std::process::id(), work)
     }
 }
 
 impl Join for Pool {
     fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-        rayon_core::join(a, b)
+        // Outside of a pool there would be another one of rayon's own.
+        if rayon_core::current_thread_index().is_some() { rayon_core::join(a, b) } else { (a(), b()) }
+    }
+}
+
+impl Threads {
+    /// One thread for each processor, or as many as there can be.
+    fn start(builder: impl Fn() -> ThreadPoolBuilder) -> Self {
+        let mut pool = builder().build();
+        let mut count = std::thread::available_parallelism().map_or(1, usize::from);
+        // One thread more is no help to the one that builds.
+        while pool.is_err() && count > 2 {
+            count /= 2;
+            pool = builder().num_threads(count).build();
+        }
+        if let Err(error) = &pool {
+            log::warn!("acceleration structures are built without threads: {error}");
+        }
+        Self { process: std::process::id(), pool: pool.ok() }
+    }
+
+    fn enter<R: Send>(&self, process: u32, work: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) if self.process == process => pool.install(work),
+            _ => work(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The thread of each half.
+    fn halves() -> [Option<usize>; 2] {
+        let thread = rayon_core::current_thread_index;
+        Pool.join(thread, thread).into()
+    }
+
+    #[test]
+    fn where_there_are_threads_they_build() {
+        assert!(Pool::enter(halves).iter().all(Option::is_some));
+    }
+
+    #[test]
+    fn where_no_thread_can_be_started_the_caller_builds() {
+        // No system has so much memory for a stack.
+        let threads = Threads::start(|| ThreadPoolBuilder::new().stack_size(1 << 60));
+        assert!(threads.pool.is_none());
+        assert_eq!(threads.enter(std::process::id(), halves), [None, None]);
+    }
+
+    #[test]
+    fn in_a_forked_process_the_caller_builds() {
+        let threads = Threads::start(ThreadPoolBuilder::new);
+        assert!(threads.pool.is_some());
+        assert_eq!(threads.enter(std::process::id() + 1, halves), [None, None]);
     }
 }

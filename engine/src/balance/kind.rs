@@ -47,13 +47,14 @@ impl FromStr for BalancerKind {
     type Err = UnknownBalancer;
 
     fn from_str(name: &str) -> Result<Self, UnknownBalancer> {
-        match name {
+        let lower = name.to_ascii_lowercase();
+        match &*lower {
             "work-queue" => Ok(Self::default()),
             "by-cost" => Ok(Self::ByCost),
             "cyclic" => Ok(Self::Cyclic),
             "static" => Ok(Self::Static),
             _ => {
-                let granularity = name.strip_prefix("work-queue:").and_then(|text| text.parse().ok());
+                let granularity = lower.strip_prefix("work-queue:").and_then(|text| text.parse().ok());
                 let granularity = granularity.filter(|&granularity| granularity > 0);
                 granularity
                     .map(|granularity| Self::WorkQueue { granularity })

@@ -1,9 +1,9 @@
 //! How the command ends when it does not end well.
 
+use std::io;
 use std::process::ExitCode;
 
 use mobula::app::AppError;
-use mobula::display::png::PngDisplay;
 use mobula::load::LoadError;
 use mobula::pipeline::Fault;
 use mobula_core::simd::{EnvError, Unavailable};
@@ -29,6 +29,9 @@ pub(crate) enum Failure {
     /// A picture could not be written.
     #[error("{0}")]
     Output(String),
+    /// Nobody reads standard output to its end. Whoever stopped knows: nothing is said.
+    #[error("standard output was closed")]
+    NobodyReads,
     /// A component failed.
     #[error("{0}; this is a bug: please report it")]
     Fault(Fault),
@@ -54,7 +57,13 @@ impl Failure {
 
 impl From<Fault> for Failure {
     fn from(fault: Fault) -> Self {
-        // That display fails for reasons of the disk, and its message says all.
-        if fault.component == PngDisplay::NAME { Self::Output(fault.message) } else { Self::Fault(fault) }
+        // What is no bug is no panic, and its message says all: a full disk, no memory.
+        if fault.location.is_none() { Self::Output(fault.message) } else { Self::Fault(fault) }
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::BrokenPipe { Self::NobodyReads } else { Self::Output(error.to_string()) }
     }
 }

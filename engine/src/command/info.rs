@@ -41,8 +41,7 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
         for (item, count) in report.census.items() {
             object[item.key] = json!(count);
         }
-        print(&object);
-        return Ok(());
+        return print(&object);
     }
     let mut text = format!("{}\n", printable(&options.file.display().to_string()));
     let mut line = |name: &str, value: String| text.push_str(&format!("  {name:<21} {value}\n"));
@@ -60,6 +59,5 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     for named in &scene.materials {
         line("", format!("{}: {}", printable(&named.name), named.material.describe()));
     }
-    print(&text.trim_end());
-    Ok(())
+    print(&text.trim_end())
 }

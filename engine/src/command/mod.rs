@@ -8,12 +8,13 @@ mod info;
 mod render;
 mod scale;
 mod scene;
+mod signals;
 #[cfg(feature = "window")]
 mod view;
 mod viewpoints;
 
 use std::fmt::Display;
-use std::io::Write;
+use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -27,9 +28,21 @@ use mobula_core::simd::AnyToken;
 use args::{Cli, Command, SceneOptions};
 use failure::Failure;
 
+/// Tells people something on standard error. That nobody can be told is no reason to do less.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr().lock(), $($text)*);
+    }};
+}
+use say;
+
 /// Runs the command line; returns the exit status.
 pub(crate) fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(answer) => return tell(&answer),
+    };
     let result = match &cli.command {
         Some(Command::Render(options)) => render::render(options),
         Some(Command::Scale(options)) => scale::scale(options),
@@ -42,28 +55,60 @@ pub(crate) fn run() -> ExitCode {
         None => view::view_or_render(&cli.options),
         #[cfg(not(feature = "window"))]
         None => render::render_default(&cli.options)
-            .inspect(|()| eprintln!("mobula: it was built without a window: that is why it is a picture")),
+            .inspect(|()| say!("mobula: it was built without a window: that is why it is a picture")),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("mobula: error: {failure}");
-            failure.code()
-        }
+        Err(failure) => end(&failure),
+    }
+}
+
+fn end(failure: &Failure) -> ExitCode {
+    if !matches!(failure, Failure::NobodyReads) {
+        say!("mobula: error: {failure}");
+    }
+    failure.code()
+}
+
+/// Prints what was asked about the command itself, or what is wrong with the command line.
+fn tell(answer: &clap::Error) -> ExitCode {
+    match answer.print().and_then(|()| io::stdout().flush()) {
+        Err(error) if !answer.use_stderr() => end(&unwritten(error).into()),
+        _ => ExitCode::from(answer.exit_code() as u8),
     }
 }
 
 #[cfg(feature = "kernels")]
 fn kernels(options: &mobula::kernels::Options) -> Result<(), Failure> {
-    let all_right = mobula::kernels::run(options, &mut std::io::stdout().lock())
-        .or_else(|error| if error.kind() == std::io::ErrorKind::BrokenPipe { Ok(true) } else { Err(error) })
-        .map_err(|error| Failure::Output(error.to_string()))?;
+    if options.plot.is_some() {
+        signals::listen();
+    }
+    let all_right = mobula::kernels::run(options, &mut Out(io::stdout().lock()))?;
     if all_right { Ok(()) } else { Err(Failure::Output("a kernel is wrong: see the last column".to_owned())) }
 }
 
-/// Prints to standard output. Nobody may be reading any more; that is no error.
-fn print(text: &dyn Display) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+/// Prints to standard output.
+fn print(text: &dyn Display) -> Result<(), Failure> {
+    let mut out = Out(io::stdout().lock());
+    writeln!(out, "{text}")?;
+    Ok(out.flush()?)
+}
+
+/// Standard output, by which name its errors are told.
+struct Out(io::StdoutLock<'static>);
+
+impl Write for Out {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes).map_err(unwritten)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush().map_err(unwritten)
+    }
+}
+
+fn unwritten(error: io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("standard output cannot be written: {error}"))
 }
 
 /// A pipeline that is ready to run, but for its display.
@@ -96,7 +141,7 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
     };
     let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let (level, threads) = (token.level(), counted(settings.threads, "thread"));
-    eprintln!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
+    say!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
     let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
     scene.up = options.up.0.or(scene.up);
@@ -112,7 +157,7 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
     spinner.finish_and_clear();
     let mut pipeline = pipeline?;
     if seconds >= 0.5 {
-        eprintln!("mobula: built in {seconds:.2} s");
+        say!("mobula: built in {seconds:.2} s");
     }
 
     let state = pipeline.state();

@@ -1,22 +1,16 @@
 //! `mobula render`: a scene to a PNG file.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use mobula::app::{RayCounts, State};
-use mobula::pipeline::{Handle, Pipeline, Report};
+use mobula::pipeline::{Pipeline, Report};
 use serde_json::json;
 
 use super::args::RenderOptions;
 use super::failure::Failure;
 use super::scene::grouped;
-use super::{Prepared, prepare, print, viewpoints};
-
-/// The run that Ctrl-C stops; before and after it, Ctrl-C ends the process.
-static RUNNING: Mutex<Option<Handle<State>>> = Mutex::new(None);
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+use super::{Prepared, prepare, print, say, signals, viewpoints};
 
 pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let Prepared { mut pipeline, settings, .. } = prepare(&options.scene, false)?;
@@ -32,11 +26,15 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let fps = if seconds > 0.0 { report.frames as f64 / seconds } else { 0.0 };
     let rate = if seconds > 0.0 { rays.total() as f64 / seconds * 1e-6 } else { 0.0 };
     let frames = if report.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", report.frames) };
-    eprintln!(
+    say!(
         "mobula: wrote {} ({}), {frames} in {seconds:.3} s, {rate:.1} million rays a second",
         outputs[0].display(),
         settings.size
     );
+    let started = report.threads.len();
+    if started < settings.threads {
+        say!("mobula: warning: only {started} of {} threads could be started", settings.threads);
+    }
     if options.stats {
         print_statistics(&report, &rays, seconds);
     }
@@ -68,25 +66,15 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
             "balancer": settings.balancer.to_string(),
             "acceleration": settings.acceleration.to_string(),
             "shadows": settings.shadows,
-        }));
+        }))?;
     }
     Ok(())
 }
 
 /// Runs the pipeline so that Ctrl-C ends it after the present frame, and a second Ctrl-C at once.
 fn run(pipeline: &mut Pipeline<State>, frames: u64) -> Result<Report, Failure> {
-    *RUNNING.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(pipeline.handle());
-    // It may be refused where another handler is installed; then there is that one.
-    let _ = ctrlc::set_handler(|| {
-        let running = RUNNING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        match running.as_ref() {
-            // Relaxed: only this flag is shared.
-            Some(handle) if !INTERRUPTED.swap(true, Ordering::Relaxed) => drop(handle.stop()),
-            _ => std::process::exit(130),
-        }
-    });
-    let report = pipeline.run(frames);
-    RUNNING.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take();
+    let handle = pipeline.handle();
+    let report = signals::stopping(handle, || pipeline.run(frames));
     let report = report?;
     if report.frames < frames { Err(Failure::Interrupted) } else { Ok(report) }
 }
@@ -105,36 +93,36 @@ fn progress(pipeline: &mut Pipeline<State>, frames: u64) -> ProgressBar {
 
 fn print_statistics(report: &Report, rays: &RayCounts, seconds: f64) {
     let per_second = |count: u64| count as f64 / seconds.max(1e-9) * 1e-6;
-    eprintln!("  rays{:>30}{:>16}", "count", "million/s");
+    say!("  rays{:>30}{:>16}", "count", "million/s");
     for (name, count) in
         [("primary", rays.primary), ("shadow", rays.shadow), ("secondary", rays.secondary), ("all", rays.total())]
     {
-        eprintln!("    {name:<16}{:>14}{:>16.2}", grouped(count), per_second(count));
+        say!("    {name:<16}{:>14}{:>16.2}", grouped(count), per_second(count));
     }
-    eprintln!("  paths through acceleration structures");
+    say!("  paths through acceleration structures");
     let paths = &rays.paths;
     for (name, count) in
         [("common origin", paths.common_origin), ("general", paths.general), ("single rays", paths.single)]
     {
-        eprintln!("    {name:<16}{:>14}", grouped(count));
+        say!("    {name:<16}{:>14}", grouped(count));
     }
     let times = &report.frame_times;
-    eprintln!(
+    say!(
         "  frame times      median {:.2} ms, least {:.2} ms, 95 % within {:.2} ms",
         times.median * 1e3,
         times.min * 1e3,
         times.p95 * 1e3
     );
     for stage in &report.stages {
-        eprintln!("  stage {:<11}{:.3} s, all threads together", stage.name, stage.seconds);
+        say!("  stage {:<11}{:.3} s, all threads together", stage.name, stage.seconds);
     }
     for thread in &report.threads {
         let pinned = if thread.pinned { ", pinned" } else { "" };
         let (busy, waiting) = (thread.busy_seconds, thread.waiting_seconds);
-        eprintln!("  thread {:<10}busy {busy:.3} s, waiting {waiting:.3} s{pinned}", thread.index);
+        say!("  thread {:<10}busy {busy:.3} s, waiting {waiting:.3} s{pinned}", thread.index);
     }
     for note in &report.notes {
-        eprintln!("  note: {note}");
+        say!("  note: {note}");
     }
 }
 

@@ -1,9 +1,11 @@
 //! `mobula scale`: what more threads buy here, and what more processors would buy.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use mobula::output;
 use mobula::pipeline::{DisplayStage, NullDisplay};
 use mobula::scale::plot::{Curves, svg};
 use mobula::scale::{Costs, Dealt, Measurement, PAPER, PROCESSORS, Plan, Projection, measure, project};
@@ -12,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::args::SceneOptions;
 use super::failure::Failure;
-use super::{Prepared, prepare, print};
+use super::{Prepared, prepare, print, say, signals};
 
 /// What passing a cache line costs between processors that are far from each other, in seconds: for the last column.
 const FAR: f64 = 100e-9;
@@ -77,15 +79,16 @@ pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
             title: title.clone(),
         };
         let problem = |error: &dyn std::fmt::Display| Failure::Output(format!("{}: {error}", path.display()));
-        std::fs::write(path, svg(&curves).map_err(|error| problem(&error))?).map_err(|error| problem(&error))?;
-        eprintln!("mobula: wrote {}", path.display());
+        let text = svg(&curves).map_err(|error| problem(&error))?;
+        signals::listen();
+        output::write(path, |mut file| file.write_all(text.as_bytes())).map_err(|error| problem(&error))?;
+        say!("mobula: wrote {}", path.display());
     }
     if options.json {
-        print(&to_json(&measured, &near, &far, &plan));
+        print(&to_json(&measured, &near, &far, &plan))
     } else {
-        print(&table(&measured, &near, &far, &plan, &title));
+        print(&table(&measured, &near, &far, &plan, &title))
     }
-    Ok(())
 }
 
 fn all(costs: &Costs, plan: &Plan) -> Vec<Projection> {

@@ -10,6 +10,7 @@ use mobula::scene::SceneDescription;
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
+use super::say;
 
 /// More warnings than these are only counted.
 const MOST_WARNINGS: usize = 8;
@@ -36,6 +37,9 @@ pub(crate) fn open(name: &Path, place: Option<Place>) -> Result<Loaded, Failure>
     let start = Instant::now();
     let spinner = spinner(format!("loading {}", name.display()));
     let loaded = match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
+        Some(name) if !generate::has_memory(name) => {
+            Err(Failure::Output(format!("{name}: there is no memory for this scene")))
+        }
         Some(name) => generate::generate(name).map(made).ok_or_else(|| {
             let known = generate::SCENES.map(|(name, _)| name).join(", ");
             Failure::UnknownScene(name.to_owned(), known)
@@ -46,7 +50,7 @@ pub(crate) fn open(name: &Path, place: Option<Place>) -> Result<Loaded, Failure>
     let loaded = loaded?;
     warn(&loaded.report.warnings);
     let seconds = start.elapsed().as_secs_f64();
-    eprintln!("mobula: {}: {}, loaded in {seconds:.2} s", printable(&loaded.scene.name), contents(&loaded));
+    say!("mobula: {}: {}, loaded in {seconds:.2} s", printable(&loaded.scene.name), contents(&loaded));
     Ok(loaded)
 }
 
@@ -58,17 +62,21 @@ fn made(scene: SceneDescription) -> Loaded {
 /// A sign of life, on terminals only.
 pub(crate) fn spinner(text: String) -> ProgressBar {
     let spinner = ProgressBar::new_spinner().with_message(text);
-    spinner.enable_steady_tick(Duration::from_millis(100));
+    // It has a thread of its own, which must not be asked for where there are none.
+    let threads = std::thread::Builder::new().spawn(|| ()).is_ok();
+    if threads && !spinner.is_hidden() {
+        spinner.enable_steady_tick(Duration::from_millis(100));
+    }
     spinner
 }
 
 /// Prints warnings.
 pub(crate) fn warn(warnings: &[String]) {
     for warning in warnings.iter().take(MOST_WARNINGS) {
-        eprintln!("mobula: warning: {}", printable(warning));
+        say!("mobula: warning: {}", printable(warning));
     }
     if warnings.len() > MOST_WARNINGS {
-        eprintln!("mobula: warning: {} more warnings", warnings.len() - MOST_WARNINGS);
+        say!("mobula: warning: {} more warnings", warnings.len() - MOST_WARNINGS);
     }
 }
 

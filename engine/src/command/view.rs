@@ -4,7 +4,7 @@ use mobula::display::window::{Connection, HELP, WindowError, has_display};
 
 use super::args::SceneOptions;
 use super::failure::Failure;
-use super::{Prepared, prepare, render};
+use super::{Prepared, prepare, render, say, scene, signals};
 
 /// A window if there is a display, else a picture.
 pub(crate) fn view_or_render(options: &SceneOptions) -> Result<(), Failure> {
@@ -13,19 +13,28 @@ pub(crate) fn view_or_render(options: &SceneOptions) -> Result<(), Failure> {
         Some(connection) => show(connection, options),
         None => {
             render::render_default(options)?;
-            eprintln!("mobula: there is no display for a window: that is why it is a picture");
+            say!("mobula: there is no display for a window: that is why it is a picture");
             Ok(())
         }
     }
 }
 
 pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
-    show(Connection::open()?, options)
+    match Connection::open() {
+        Ok(connection) => show(connection, options),
+        Err(error) => {
+            // What is wrong with the scenes is told first: it is wrong on every display.
+            scene::gather(&options.scenes)?;
+            Err(error.into())
+        }
+    }
 }
 
 fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
     let Prepared { pipeline, settings, name } = prepare(options, true)?;
-    eprintln!("{HELP}");
+    say!("{HELP}");
+    // Screenshots are files too.
+    signals::listen();
     Ok(connection.show(pipeline, &settings, &name)?)
 }
 

@@ -24,6 +24,14 @@ pub enum SceneError {
     /// More primitives in a geometry than there are numbers.
     #[error("a geometry of the scene has 2^32 - 1 primitives or more: more than there are numbers")]
     TooManyPrimitives,
+    /// The system has no memory for the acceleration structures.
+    #[error("there is no memory to build over {primitives} primitives: it takes about {mib} MiB")]
+    NoMemory {
+        /// How many there are in the structure that there is no memory for.
+        primitives: usize,
+        /// What it takes.
+        mib: usize,
+    },
 }
 
 /// An acceleration structure cannot follow: primitives have come or gone.
@@ -44,11 +52,15 @@ pub struct Geometries {
 /// The most ids in a structure: the last number is "no hit".
 const MOST_IDS: usize = u32::MAX as usize;
 
+/// Bytes for each primitive that a build takes at its peak: 120 were measured on large meshes, the result with them, and lists
+/// that grow want room.
+const BUILD_BYTES: usize = 192;
+
 impl Geometries {
     /// Looks at all primitives, and builds structures over those that are not left out.
     ///
     /// # Errors
-    /// If a geometry has more primitives than there are numbers.
+    /// If a geometry has more primitives than there are numbers, or there is no memory.
     pub fn build(list: Vec<Arc<dyn Geometry>>, kind: AccelerationKind) -> Result<Self, SceneError> {
         let mut census = Census::default();
         list.iter().for_each(|geometry| census.merge(&geometry.census()));
@@ -57,6 +69,7 @@ impl Geometries {
         let mut place = 0;
         for numbers in share(&list)? {
             let members: Vec<_> = numbers.iter().map(|&number| list[number].clone()).collect();
+            has_memory(members.iter().map(|member| member.primitives()).sum())?;
             let structure = members[0].structure(&members, kind);
             let mut first = 0;
             let member = |&number: &usize| {
@@ -197,6 +210,13 @@ impl Geometries {
             }
         }
     }
+}
+
+/// Asks for the memory of a build, and gives it back: what is asked for piece by piece is not refused then.
+fn has_memory(primitives: usize) -> Result<(), SceneError> {
+    let bytes = primitives.saturating_mul(BUILD_BYTES);
+    let asked = Vec::<u8>::new().try_reserve_exact(bytes);
+    asked.map_err(|_| SceneError::NoMemory { primitives, mib: bytes.div_ceil(1 << 20) })
 }
 
 /// Which geometries are in a structure together, by number. Those without primitives are in none.

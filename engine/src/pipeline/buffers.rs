@@ -20,7 +20,8 @@ struct Slot<B> {
     size: Size,
     /// The last frame that was rendered into the buffer.
     holds: Option<u64>,
-    buffer: B,
+    /// None before the first frame: there may be no memory for it, which ends a run.
+    buffer: Option<B>,
 }
 
 /// All buffers of a pipeline. Stage 0 gets the buffer that the last stage is done with.
@@ -39,14 +40,12 @@ impl<B: StageBuffer> Buffers<B> {
     }
 
     pub(super) fn add_stage(&mut self, channels: &[Channel]) {
-        self.slots.push(channels.iter().map(|channel| Slot::new(channel.size)).collect());
+        self.slots.push(channels.iter().map(|_| Slot::new()).collect());
         self.stamps.push(None);
     }
 
-    pub(super) fn add_channel(&mut self, size: Size) {
-        for stage in &mut self.slots {
-            stage.push(Slot::new(size));
-        }
+    pub(super) fn add_channel(&mut self) {
+        self.slots.iter_mut().for_each(|stage| stage.push(Slot::new()));
     }
 
     pub(super) fn stamp(&self, stage: usize) -> Option<Stamp> {
@@ -67,8 +66,11 @@ impl<B: StageBuffer> Buffers<B> {
         }
     }
 
-    /// Forgets the frames on their way, after a run that ended early.
+    /// Forgets the frames on their way, after a run that ended early. What stage 0 has is not finished: it is no picture.
     pub(super) fn forget(&mut self) {
+        if let (Some(Some(_)), Some(slots)) = (self.stamps.first(), self.slots.first_mut()) {
+            slots.iter_mut().for_each(|slot| slot.holds = None);
+        }
         self.stamps.fill(None);
     }
 
@@ -89,8 +91,10 @@ impl<B: StageBuffer> Buffers<B> {
             let slot = &mut self.slots[0][index];
             // A channel that was removed keeps no more memory than it must.
             let size = if channel.open { channel.size } else { Size::SMALLEST };
-            if slot.size != size {
-                *slot = Slot::new(size);
+            if slot.size != size || slot.buffer.is_none() {
+                // The old one first: there may be no room for both.
+                *slot = Slot::new();
+                (slot.buffer, slot.size) = (Some(B::for_size(size)), size);
             }
             slot.holds = channel.open.then_some(stamp.number);
         }
@@ -102,32 +106,27 @@ impl<B: StageBuffer> Buffers<B> {
         let takes_part = |slot: &&Slot<B>| slot.holds == Some(stamp.number);
         let slots = self.slots[stage].iter().zip(channels).enumerate();
         let view = |(index, (slot, channel)): (usize, (&'a Slot<B>, &'a Channel))| {
-            Some(slot).filter(takes_part).map(|slot| View {
-                index,
-                channel,
-                size: slot.size,
-                buffer: &slot.buffer,
-                previous: self.previous_of(stage, index),
-            })
+            let buffer = Some(slot).filter(takes_part)?.buffer.as_ref()?;
+            Some(View { index, channel, size: slot.size, buffer, previous: self.previous_of(stage, index) })
         };
         slots.filter_map(view).collect()
     }
 
     fn previous_of(&self, stage: usize, channel: usize) -> Option<&B> {
         let source = if stage == 0 { *self.previous.get(channel)? } else { None };
-        source.map(|stage| &self.slots[stage][channel].buffer)
+        self.slots[source?][channel].buffer.as_ref()
     }
 
     /// The newest picture of a channel and its frame.
     pub(super) fn newest(&self, channel: usize) -> Option<(u64, &B)> {
         let slots = self.slots.iter().filter_map(|stage| stage.get(channel));
-        slots.filter_map(|slot| slot.holds.map(|frame| (frame, &slot.buffer))).max_by_key(|newest| newest.0)
+        slots.filter_map(|slot| Some((slot.holds?, slot.buffer.as_ref()?))).max_by_key(|newest| newest.0)
     }
 }
 
-impl<B: StageBuffer> Slot<B> {
-    fn new(size: Size) -> Self {
-        Self { size, holds: None, buffer: B::for_size(size) }
+impl<B> Slot<B> {
+    fn new() -> Self {
+        Self { size: Size::SMALLEST, holds: None, buffer: None }
     }
 }
 

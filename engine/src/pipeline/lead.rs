@@ -163,6 +163,9 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
         shared: &mut Shared<S, B>,
         leader: &mut Leader<S>,
     ) -> Result<Phase, Caught> {
+        if self.halted() {
+            return Ok(Phase::Over);
+        }
         match shared.phase {
             Phase::Setup => {
                 leader.requests.changed = true;
@@ -178,6 +181,10 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
             Phase::PreRender => self.begin_turn(shared, leader),
             Phase::Over => Ok(Phase::Over),
         }
+    }
+
+    fn halted(&self) -> bool {
+        self.signals.halted.load(Ordering::Relaxed)
     }
 
     fn finish_turn<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) {
@@ -204,6 +211,9 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
             shared.time = leader.now(shared.frame, config.frame_time);
             let (_, mut point) = leader.point(shared);
             leader.transactions += inbox.flush(&mut point)? as u64;
+            if self.halted() {
+                return Ok(Phase::Over);
+            }
             if leader.requests.stop || leader.frames_left == 0 {
                 return Ok(drain(shared));
             }
@@ -287,7 +297,7 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
         let mut resized = std::mem::take(&mut leader.new_channels);
         for channel in std::mem::take(&mut leader.requests.channels) {
             resized.push(shared.channels.len());
-            catch("frame buffer", || shared.buffers.add_channel(channel.size))?;
+            shared.buffers.add_channel();
             shared.channels.push(channel);
         }
         for (index, size) in std::mem::take(&mut leader.requests.resize) {

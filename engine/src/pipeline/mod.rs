@@ -135,7 +135,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
         let (shared, leader) = self.parts();
         let index = shared.channels.len();
         shared.channels.push(Channel { name: name.into(), size, open: true });
-        shared.buffers.add_channel(size);
+        shared.buffers.add_channel();
         leader.new_channels.push(index);
         index
     }
@@ -205,6 +205,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
 
     fn begin_run(&mut self, frames: u64) {
         let pin = self.config.pin;
+        self.inbox.home.begin();
         self.inbox.open();
         let (shared, leader) = self.parts();
         leader.begin_run(frames);
@@ -214,8 +215,13 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
     }
 
     fn end_run(&mut self, mut report: Report, mut fault: Option<Fault>) -> Result<Report, Fault> {
-        self.inbox.close();
+        let refused = self.inbox.close();
         let (shared, leader) = self.parts();
+        if let Some(caught) = refused {
+            let later = caught.at(0, shared.frame);
+            log::error!("at the end of the run: {later}");
+            fault.get_or_insert(later);
+        }
         shared.buffers.forget();
         shared.parallel.clear();
         let (callbacks, mut point) = leader.point(shared);
@@ -242,6 +248,7 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
     }
 
     fn parts(&mut self) -> (&mut Shared<S, B>, &mut Leader<S>) {
+        self.inbox.home.owned_here();
         (
             self.shared.get_mut().unwrap_or_else(PoisonError::into_inner),
             self.leader.get_mut().unwrap_or_else(PoisonError::into_inner),

@@ -3,13 +3,13 @@
 //! Source: Bigler, Stephens and Parker 2006, section 5.2, Figures 2 and 3.
 
 use std::sync::atomic::Ordering;
-use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::thread::{Builder, Scope};
 use std::time::{Duration, Instant};
 
 use super::barrier::{Barrier, Pass, Turn};
 use super::config::Config;
-use super::fault::{Caught, Fault, catch};
+use super::fault::{Fault, catch};
 use super::lead::{FIRST, Lead, Leader, Member, Phase, Shared};
 use super::moment::Worker;
 use super::report::{Report, Tally};
@@ -36,22 +36,19 @@ pub(super) struct Run<'p, S, B> {
 
 impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
     pub(super) fn new(pipeline: Parts<'p, S, B>, report: Report) -> Self {
-        Self {
-            pipeline,
-            barrier: Barrier::new(1),
-            signals: Signals::default(),
-            fault: Mutex::new(None),
-            report: Mutex::new(report),
-        }
+        let signals = Signals { halted: Arc::clone(&pipeline.inbox.halted), ..Signals::default() };
+        Self { pipeline, barrier: Barrier::new(1), signals, fault: Mutex::new(None), report: Mutex::new(report) }
     }
 
     /// Runs until the run is over. It begins with one thread, which sends for the others at its first safe point. The
-    /// calling thread only waits, so that its affinity and its thread-local values stay as they are.
+    /// calling thread only waits, so that its affinity and its thread-local values stay as they are; where no thread is to be
+    /// had it is itself the one.
     pub(super) fn drive(self) -> (Report, Option<Fault>) {
         std::thread::scope(|threads| {
             if let Err(error) = self.spawn(threads, FIRST, None) {
-                let message = format!("the first render thread could not be started: {error}");
-                self.note_fault(Caught { component: "threads".into(), message, location: None }.at(0, 0));
+                self.note(format!("no render thread could be started, so the calling thread renders: {error}"));
+                self.write().pinning = false;
+                self.live(threads, FIRST, None);
             }
         });
         let report = self.report.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -68,12 +65,15 @@ impl<'p, S: Send + Sync + 'static, B: StageBuffer> Run<'p, S, B> {
         if let Some(bytes) = self.pipeline.config.stack_size {
             builder = builder.stack_size(bytes);
         }
-        builder.spawn_scoped(threads, move || {
-            if let Err(caught) = catch("pipeline", || self.work(threads, member, pass)) {
-                self.give_up(caught.at(member.index, 0));
-            }
-        })?;
+        builder.spawn_scoped(threads, move || self.live(threads, member, pass))?;
         Ok(())
+    }
+
+    fn live<'scope>(&'scope self, threads: &'scope Scope<'scope, '_>, member: Member, pass: Option<Pass>) {
+        let home = &self.pipeline.inbox.home;
+        if let Err(caught) = home.render(|| catch("pipeline", || self.work(threads, member, pass))) {
+            self.give_up(caught.at(member.index, 0));
+        }
     }
 
     /// The life of a render thread.

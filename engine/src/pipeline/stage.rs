@@ -5,10 +5,12 @@
 //! the balanced stages first, then the imbalanced, then the dynamic ones (Figure 3), so that a thread that was busy with
 //! an imbalanced stage joins the dynamic one late and simply gets less of it.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::channel::Channel;
+use super::fault;
 use crate::image::{FrameBuffer, Size};
 
 /// How the work of a stage is shared among the render threads.
@@ -57,13 +59,14 @@ pub struct Plan<'a> {
 
 /// A buffer that each stage has one of, for each channel.
 pub trait StageBuffer: Send + Sync + 'static {
-    /// A buffer for pictures of a size. Called at the barrier when a channel is new or has been resized.
+    /// A buffer for pictures of a size. Called at the barrier when a channel is new or has been resized. Ends the run with
+    /// [`fault::fail`](super::fault::fail) where there is no memory for it.
     fn for_size(size: Size) -> Self;
 }
 
 impl StageBuffer for FrameBuffer {
     fn for_size(size: Size) -> Self {
-        Self::with_size(size)
+        Self::try_with_size(size).unwrap_or_else(|error| fault::fail(error))
     }
 }
 
@@ -122,7 +125,7 @@ impl<'a, S, B> Frame<'a, S, B> {
         self.signals.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether another thread failed, so that going on is in vain. Long stages ask between pieces of work.
+    /// Whether another thread failed or the frame was [given up](super::Handle::halt), so that going on is in vain. Long stages ask between pieces of work.
     pub fn halted(&self) -> bool {
         self.signals.halted.load(Ordering::Relaxed)
     }
@@ -139,7 +142,8 @@ impl<S, B> std::fmt::Debug for Frame<'_, S, B> {
 pub(super) struct Signals {
     pub(super) more: AtomicBool,
     pub(super) stop: AtomicBool,
-    pub(super) halted: AtomicBool,
+    /// The same as the senders' of transactions.
+    pub(super) halted: Arc<AtomicBool>,
 }
 
 /// A stage made of a closure.

@@ -16,7 +16,7 @@ use crossbeam_utils::sync::{Parker, Unparker};
 use super::callback::SafePoint;
 use super::fault::{Caught, catch};
 use super::threads::{ThreadCountError, check_thread_count};
-use super::ticket::{Completer, Ticket, TransactionError, ticket};
+use super::ticket::{Completer, Home, Ticket, TransactionError, ticket};
 use crate::image::Size;
 
 type Work<S> = Box<dyn FnOnce(&mut SafePoint<'_, S>) + Send>;
@@ -67,6 +67,19 @@ impl<S: 'static> Handle<S> {
     /// Ends the run at the next barrier, after the frames that were rendered have been displayed.
     pub fn stop(&self) -> Ticket {
         self.at_barrier("stop", |point| point.stop())
+    }
+
+    /// Ends the run at once: the frame that is being rendered is given up between two pieces of work ([`Frame::halted`]) and
+    /// is not displayed; nor is what later stages have not begun with. Before a run it ends that; after one it does nothing.
+    ///
+    /// [`Frame::halted`]: super::Frame::halted
+    pub fn halt(&self) {
+        // SeqCst: pairs with the stores in `close`. Whichever comes last, nothing is left for the next run.
+        self.inbox.halted.store(true, Ordering::SeqCst);
+        if self.inbox.closed.load(Ordering::SeqCst) {
+            self.inbox.halted.store(false, Ordering::SeqCst);
+        }
+        self.inbox.wake();
     }
 
     /// Whether transactions are refused, because the pipeline has stopped.
@@ -166,6 +179,9 @@ pub(super) struct Inbox<S> {
     asleep: AtomicBool,
     unparker: Unparker,
     handles: AtomicUsize,
+    /// What is being done is in vain: a thread failed, or somebody gave up. Relaxed: a hint that the barrier repeats.
+    pub(super) halted: Arc<AtomicBool>,
+    pub(super) home: Arc<Home>,
     pub(super) progress: CachePadded<Meter>,
 }
 
@@ -195,6 +211,7 @@ impl<S> Receiver<S> {
     }
 
     pub(super) fn handle(&self) -> Handle<S> {
+        self.home.owned_here();
         // Relaxed: a handle is counted before anybody can use it.
         self.handles.fetch_add(1, Ordering::Relaxed);
         Handle { inbox: Arc::clone(&self.0) }
@@ -211,7 +228,7 @@ impl<S> std::ops::Deref for Receiver<S> {
 
 impl<S> Drop for Receiver<S> {
     fn drop(&mut self) {
-        self.close();
+        log(self.close());
     }
 }
 
@@ -223,21 +240,25 @@ impl<S> Inbox<S> {
             asleep: AtomicBool::new(false),
             unparker: parker.unparker().clone(),
             handles: AtomicUsize::new(0),
+            halted: Arc::default(),
+            home: Arc::new(Home::new()),
             progress: CachePadded::default(),
         }
     }
 
     fn send(&self, body: Body<S>) -> Ticket {
-        let (ticket, done) = ticket();
+        let (ticket, done) = ticket(&self.home);
+        let transaction = Transaction { body, done };
         if self.closed.load(Ordering::Relaxed) {
-            return ticket; // dropping the completer reports Stopped
+            log(transaction.refuse());
+            return ticket;
         }
-        self.queue.push(Transaction { body, done });
+        self.queue.push(transaction);
         // SeqCst fence: pairs with the fences in `close` and `sleep`. Either this thread sees the flag, or the other
         // thread sees the transaction.
         fence(Ordering::SeqCst);
         if self.closed.load(Ordering::Relaxed) {
-            self.refuse_all();
+            log(self.refuse_all());
         } else if self.asleep.load(Ordering::Relaxed) {
             self.unparker.unpark();
         }
@@ -254,7 +275,15 @@ impl<S> Inbox<S> {
             let Some(Transaction { body, done }) = self.queue.pop() else { break };
             let result = match body {
                 Body::One(name, work) => carry_out(name, work, point),
-                Body::Many(parts) => parts.into_iter().try_for_each(|(name, work)| carry_out(name, work, point)),
+                Body::Many(parts) => {
+                    let mut parts = parts.into_iter();
+                    let result = parts.try_for_each(|(name, work)| carry_out(name, work, point));
+                    // The rest is dropped, which may fail too.
+                    if result.is_err() {
+                        log(Body::Many(parts.collect()).drop_parts());
+                    }
+                    result
+                }
             };
             if let Err((name, caught)) = result {
                 done.complete(Err(TransactionError::Panicked { name: name.into(), message: caught.message.clone() }));
@@ -269,11 +298,13 @@ impl<S> Inbox<S> {
         self.queue.is_empty()
     }
 
-    /// Refuses transactions from now on, and those that are queued.
-    pub(super) fn close(&self) {
-        self.closed.store(true, Ordering::Relaxed);
+    /// Refuses transactions from now on, and those that are queued: the run is over, there is nothing to give up. Returns the
+    /// first panic of what was dropped with them.
+    pub(super) fn close(&self) -> Option<Caught> {
+        self.closed.store(true, Ordering::SeqCst);
+        self.halted.store(false, Ordering::SeqCst);
         fence(Ordering::SeqCst); // pairs with the fence in `send`
-        self.refuse_all();
+        self.refuse_all()
     }
 
     /// Accepts transactions again.
@@ -281,17 +312,19 @@ impl<S> Inbox<S> {
         self.closed.store(false, Ordering::Relaxed);
     }
 
-    fn refuse_all(&self) {
+    fn refuse_all(&self) -> Option<Caught> {
+        let mut first = None;
         while let Some(transaction) = self.queue.pop() {
-            drop(transaction);
+            first = first.or(transaction.refuse());
         }
+        first
     }
 
-    /// Sleeps until a transaction arrives, the last handle is dropped, or the time is over.
+    /// Sleeps until a transaction arrives, somebody gives up, the last handle is dropped, or the time is over.
     pub(super) fn sleep(&self, parker: &Parker, limit: Option<Duration>) {
         self.asleep.store(true, Ordering::Relaxed);
         fence(Ordering::SeqCst); // pairs with the fences in `send` and `wake`
-        if self.is_empty() && (limit.is_some() || !self.nobody_can_send()) {
+        if self.is_empty() && !self.halted.load(Ordering::Relaxed) && (limit.is_some() || !self.nobody_can_send()) {
             match limit {
                 Some(limit) => parker.park_timeout(limit),
                 None => parker.park(),
@@ -311,6 +344,35 @@ impl<S> Inbox<S> {
     pub(super) fn nobody_can_send(&self) -> bool {
         // Acquire: pairs with the release in Handle::drop.
         self.handles.load(Ordering::Acquire) == 0
+    }
+}
+
+impl<S> Transaction<S> {
+    /// Drops it; the ticket is told [`TransactionError::Stopped`]. Returns the first panic of what it held.
+    fn refuse(self) -> Option<Caught> {
+        let Self { body, done } = self;
+        done.complete(Err(TransactionError::Stopped));
+        body.drop_parts()
+    }
+}
+
+impl<S> Body<S> {
+    /// Drops each part for itself. Returns the first panic.
+    fn drop_parts(self) -> Option<Caught> {
+        let drop_one = |(name, work)| catch(format_args!("transaction {name}"), || drop(work)).err();
+        match self {
+            Self::One(name, work) => drop_one((name, work)),
+            Self::Many(parts) => {
+                parts.into_iter().filter_map(drop_one).fold(None, |first, caught| first.or(Some(caught)))
+            }
+        }
+    }
+}
+
+/// For panics of what nobody waits for any more.
+fn log(caught: Option<Caught>) {
+    if let Some(Caught { component, message, .. }) = caught {
+        log::error!("a refused {component} panicked when it was dropped: {message}");
     }
 }
 

@@ -36,10 +36,11 @@ impl FromStr for SamplerKind {
     fn from_str(name: &str) -> Result<Self, UnknownName> {
         let side = |k: &str| k.parse().ok().filter(|k| (1..=Jittered::MOST).contains(k));
         let jittered = |k: &str| side(k).map(|side| Self::Jittered { side });
-        let found = match name {
+        let lower = name.to_ascii_lowercase();
+        let found = match &*lower {
             "single" => Some(Self::Single),
             "jittered" => Some(Self::Jittered { side: 3 }),
-            _ => name.strip_prefix("jittered:").and_then(jittered),
+            _ => lower.strip_prefix("jittered:").and_then(jittered),
         };
         found.ok_or_else(|| UnknownName {
             kind: "pixel sampler",

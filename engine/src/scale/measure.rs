@@ -95,8 +95,8 @@ pub fn measure(
     for round in 0..plan.rounds.max(1) {
         progress(round);
         for (place, &threads) in counts.iter().enumerate() {
-            loops[place].push(arithmetic(threads));
-            alone[place].push(each_for_itself(&pipeline.state().stack, plan, threads));
+            loops[place].push(arithmetic(threads)?);
+            alone[place].push(each_for_itself(&pipeline.state().stack, plan, threads)?);
             pipeline.state().traverser = traverser();
             turn(pipeline, threads, 2)?; // what a balancer wants to know
             let report = turn(pipeline, threads, plan.frames)?;
@@ -109,8 +109,8 @@ pub fn measure(
         serial.push(report.serial_seconds / EMPTY as f64);
         display.push(shown.map(|stage| stage.seconds).sum::<f64>() / EMPTY as f64);
         // The least of the rounds: whatever disturbs these only adds to them.
-        crossing = crossing.min(crossing_of_two());
-        handover = handover.min(handover_of_two());
+        crossing = crossing.min(crossing_of_two()?);
+        handover = handover.min(handover_of_two()?);
     }
     let projected = frame_costs(pipeline, plan, || progress(plan.rounds))?;
     pipeline.state().traverser = traverser();
@@ -158,7 +158,7 @@ fn frame_costs(
 
 /// Seconds in which each of so many threads renders a frame for itself, all at once. Each begins with another tile, so that
 /// no two render the same at the same time.
-fn each_for_itself(stack: &Components, plan: &Plan, threads: usize) -> f64 {
+fn each_for_itself(stack: &Components, plan: &Plan, threads: usize) -> Result<f64, Fault> {
     let mut deal = Deal::new(plan.tile, BalancerKind::default().build());
     deal.begin(&[plan.size], 1);
     let tiles: Vec<Fragment> = deal.whole_tiles().collect();
@@ -176,7 +176,7 @@ fn turn(pipeline: &mut Pipeline<State>, threads: usize, frames: u64) -> Result<R
 }
 
 /// Seconds that each of so many threads takes for the same arithmetic, all at once.
-fn arithmetic(threads: usize) -> f64 {
+fn arithmetic(threads: usize) -> Result<f64, Fault> {
     const STEPS: u64 = 20_000_000;
     at_once(threads, |thread| {
         let mut x = black_box(thread as u64 | 1);
@@ -190,35 +190,45 @@ fn arithmetic(threads: usize) -> f64 {
 }
 
 /// Runs `work` on so many threads, pinned as those of a pipeline are, which begin together. Returns the mean of the seconds
-/// they take: who is done first leaves the machine to the others, for a little.
-fn at_once(threads: usize, work: impl Fn(usize) + Sync) -> f64 {
+/// they take: who is done first leaves the machine to the others, for a little. None works where not all can be started.
+fn at_once(threads: usize, work: impl Fn(usize) + Sync) -> Result<f64, Fault> {
     let begin = Barrier::new(threads);
     let run = |thread: usize| {
         let _pinned = may_pin(threads).then(pin_current);
-        let _ = begin.cross(thread, |_| ());
+        begin.cross(thread, |_| ()).ok()?;
         let start = Instant::now();
         work(thread);
-        start.elapsed().as_secs_f64()
+        Some(start.elapsed().as_secs_f64())
     };
-    let times: Vec<f64> = std::thread::scope(|scope| {
+    let (started, times) = std::thread::scope(|scope| {
         let run = &run;
-        let threads: Vec<_> = (0..threads).map(|thread| scope.spawn(move || run(thread))).collect();
-        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+        let start = |thread: usize| std::thread::Builder::new().spawn_scoped(scope, move || run(thread));
+        let started: Vec<_> = (0..threads).map_while(|thread| start(thread).ok()).collect();
+        if started.len() < threads {
+            begin.abort();
+        }
+        let count = started.len();
+        let times: Vec<f64> = started.into_iter().filter_map(|thread| thread.join().ok().flatten()).collect();
+        (count, times)
     });
-    times.iter().sum::<f64>() / times.len().max(1) as f64
+    if started < threads {
+        let message = format!("only {started} of {threads} threads could be started; measure fewer");
+        return Err(Fault { component: "threads".into(), thread: 0, frame: 0, message, location: None });
+    }
+    Ok(times.iter().sum::<f64>() / times.len().max(1) as f64)
 }
 
-fn crossing_of_two() -> f64 {
+fn crossing_of_two() -> Result<f64, Fault> {
     const ROUNDS: u32 = 4000;
     let barrier = Barrier::new(2);
     let cross = |me: usize| {
         let _ = barrier.cross(me, |_| ());
     };
-    at_once(2, |me| (0..ROUNDS).for_each(|_| cross(me))) / f64::from(ROUNDS)
+    Ok(at_once(2, |me| (0..ROUNDS).for_each(|_| cross(me)))? / f64::from(ROUNDS))
 }
 
 /// In turns, so that the line really passes: each thread waits until the other has added.
-fn handover_of_two() -> f64 {
+fn handover_of_two() -> Result<f64, Fault> {
     const ROUNDS: u32 = 4000;
     let counter = CachePadded::new(AtomicUsize::new(0));
     let add_in_turn = |me: usize| {
@@ -233,7 +243,7 @@ fn handover_of_two() -> f64 {
         }
         counter.fetch_add(1, Ordering::Relaxed);
     };
-    at_once(2, |me| (0..ROUNDS).for_each(|_| add_in_turn(me))) / f64::from(2 * ROUNDS)
+    Ok(at_once(2, |me| (0..ROUNDS).for_each(|_| add_in_turn(me)))? / f64::from(2 * ROUNDS))
 }
 
 /// What fragments cost, frame after frame.

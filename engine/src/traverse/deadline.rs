@@ -18,8 +18,8 @@ use super::{FragmentRenderer, ImageTraverser, TileSize};
 use crate::balance::LoadBalancer;
 use crate::image::Size;
 
-/// Renders within a time limit per frame. A thread begins no fragment that it does not expect to finish in time, so a
-/// frame is late by no more than one fragment that takes longer than those before it.
+/// Renders within a time limit per frame. After its first fragment a thread begins none that it does not expect to finish in
+/// time, so a frame is late by no more than one fragment; and however short the time is, the picture gets finished.
 #[derive(Debug)]
 pub struct Deadline {
     tiles: Tiles,
@@ -118,7 +118,7 @@ impl ImageTraverser for Deadline {
 
     fn traverse(&self, thread: usize, renderer: &dyn FragmentRenderer) -> bool {
         let step = COARSEST >> self.pass.min(PASSES - 1);
-        let (mut longest, mut in_time, mut unfinished) = (Duration::ZERO, true, self.pass + 1 < PASSES);
+        let (mut longest, mut in_time, mut unfinished) = (None, true, self.pass + 1 < PASSES);
         while let Some(assignment) = self.balancer.next(thread) {
             for place in assignment {
                 if renderer.halted() {
@@ -128,7 +128,7 @@ impl ImageTraverser for Deadline {
                 let fragment = self.tiles.fragment(tile, step);
                 let pending = place < self.pending;
                 let start = Instant::now();
-                in_time = in_time && start - self.start + longest < self.limit;
+                in_time = in_time && longest.is_none_or(|longest| start - self.start + longest < self.limit);
                 if !pending || !in_time {
                     let kept = renderer.keep(&fragment);
                     unfinished |= pending || !kept;
@@ -140,7 +140,7 @@ impl ImageTraverser for Deadline {
                 }
                 renderer.render(&fragment);
                 let took = start.elapsed();
-                longest = longest.max(took);
+                longest = longest.max(Some(took));
                 self.levels[tile].store(self.pass + 1, Ordering::Relaxed);
                 self.rendered[tile].store(self.frame, Ordering::Relaxed);
                 self.samples.fetch_add(fragment.samples() as u64, Ordering::Relaxed);

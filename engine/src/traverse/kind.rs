@@ -53,12 +53,13 @@ impl FromStr for TraverserKind {
     type Err = UnknownTraverser;
 
     fn from_str(name: &str) -> Result<Self, UnknownTraverser> {
-        match name {
+        let lower = name.to_ascii_lowercase();
+        match &*lower {
             "tiled" => Ok(Self::Tiled),
             "progressive" => Ok(Self::Progressive),
             "null" => Ok(Self::Null),
             _ => {
-                let limit = name.strip_prefix("deadline:").and_then(|text| text.parse::<f64>().ok());
+                let limit = lower.strip_prefix("deadline:").and_then(|text| text.parse::<f64>().ok());
                 let limit = limit.filter(|limit| *limit > 0.0);
                 let limit = limit.and_then(|limit| Duration::try_from_secs_f64(limit / 1000.0).ok());
                 limit.map(Self::Deadline).ok_or_else(|| UnknownTraverser(name.to_owned()))

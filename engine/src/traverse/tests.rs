@@ -226,6 +226,17 @@ fn a_deadline_starves_no_tile() {
 }
 
 #[test]
+fn however_short_the_deadline_the_picture_gets_finished() {
+    let mut traverser = TraverserKind::Deadline(Duration::from_nanos(1))
+        .build(TileSize { width: 10, height: 10 }, BalancerKind::default());
+    let mut canvas = Canvas::new(&[Size::new(50, 30).unwrap()]);
+    canvas.can_keep = true;
+    // 15 tiles in five steps, at least one in each frame.
+    let frames = (0..75).take_while(|&number| frame(&mut *traverser, &canvas, 2, number == 0).0).count();
+    assert_eq!(canvas.step(), Some(1), "after {frames} frames");
+}
+
+#[test]
 fn unknown_traversers_list_the_known_ones() {
     assert_eq!("deadline:12.5".parse(), Ok(TraverserKind::Deadline(Duration::from_micros(12_500))));
     for name in ["", "deadline", "deadline:0", "deadline:-1", "deadline:NaN", "deadline:inf", "tile"] {

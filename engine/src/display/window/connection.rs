@@ -4,7 +4,7 @@ use std::thread;
 
 use winit::event_loop::EventLoop;
 
-use super::news::{News, WindowError};
+use super::news::{News, WindowError, without_place};
 use super::screen::Screen;
 use super::viewer::Viewer;
 use crate::app::{Settings, State};
@@ -35,7 +35,7 @@ impl Connection {
             use winit::platform::x11::EventLoopBuilderExtX11;
             builder.with_x11();
         }
-        let events = builder.build().map_err(|error| WindowError::Open(error.to_string()))?;
+        let events = builder.build().map_err(|error| WindowError::Open(without_place(&error)))?;
         Ok(Self { events })
     }
 
@@ -56,15 +56,18 @@ impl Connection {
 
         thread::scope(|scope| {
             let handle = pipeline.handle();
-            let rendering = scope.spawn(move || {
+            let rendering = thread::Builder::new().spawn_scoped(scope, move || {
                 let result = pipeline.run_until_stopped();
                 // Nobody listens when the window was closed first.
                 let _ = proxy.send_event(News::Ended);
                 result
             });
-            let shown = self.events.run_app(&mut viewer).map_err(|error| WindowError::Open(error.to_string()));
+            let rendering =
+                rendering.map_err(|error| WindowError::Open(format!("no thread to render with: {error}")))?;
+            let shown = self.events.run_app(&mut viewer).map_err(|error| WindowError::Open(without_place(&error)));
             let opened = viewer.finish();
-            handle.stop();
+            // Nobody waits for a frame that nobody will see.
+            handle.halt();
             let rendered = rendering.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             rendered?;
             shown.and(opened)

@@ -9,6 +9,7 @@
 //! | `navigation` | mouse movements as movements of the view |
 //! | `keys` | what each key does |
 //! | `viewer` | the event loop's handler |
+//! | `strips` | pictures that are too large for one request of X11 |
 //! | `connection` | the window itself, from its opening to its end |
 //! | `news` | what the window is told by others |
 
@@ -17,6 +18,7 @@ mod keys;
 mod navigation;
 mod news;
 mod screen;
+mod strips;
 mod viewer;
 
 pub use connection::{Connection, has_display};

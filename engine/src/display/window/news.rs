@@ -23,3 +23,26 @@ pub enum WindowError {
     #[error(transparent)]
     Fault(#[from] Fault),
 }
+
+/// What winit says, without the place in its own source that it begins with.
+pub(super) fn without_place(error: &dyn std::fmt::Display) -> String {
+    let text = error.to_string();
+    // "os error at FILE:LINE: PROBLEM", where the problem is what is left.
+    let problem = text.strip_prefix("os error at ").and_then(|text| {
+        let (place, problem) = text.split_once(": ")?;
+        place.ends_with(|last: char| last.is_ascii_digit()).then_some(problem)
+    });
+    problem.unwrap_or(&text).trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_in_sources_are_left_out() {
+        assert_eq!(without_place(&"os error at /a b/c-0.1/x.rs:765: no display: none."), "no display: none");
+        assert_eq!(without_place(&"os error at home: none"), "os error at home: none");
+        assert_eq!(without_place(&"not supported"), "not supported");
+    }
+}

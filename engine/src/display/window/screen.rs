@@ -67,6 +67,25 @@ impl Screen {
     }
 }
 
+impl Shared {
+    /// Row `y` of the picture, enlarged or shrunk to a size; black before the first picture.
+    pub(super) fn fill_row(&self, [width, height]: [usize; 2], y: usize, row: &mut [u32]) {
+        let [from_width, from_height] = self.size;
+        if self.pixels.is_empty() {
+            row.fill(0);
+            return;
+        }
+        let from = &self.pixels[y * from_height / height * from_width..][..from_width];
+        if from_width == width {
+            row.copy_from_slice(from);
+        } else {
+            for (x, pixel) in row.iter_mut().enumerate() {
+                *pixel = from[x * from_width / width];
+            }
+        }
+    }
+}
+
 /// Counts the rays of each frame.
 #[derive(Debug)]
 pub(super) struct RayCounter {
@@ -96,8 +115,9 @@ impl Display for WindowDisplay {
 
     fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
         let mut shared = self.screen.lock();
-        shared.size = [picture.size.width(), picture.size.height()];
         shared.pixels.clear();
+        shared.pixels.try_reserve_exact(picture.size.pixels())?;
+        shared.size = [picture.size.width(), picture.size.height()];
         shared.pixels.extend(picture.buffer.pixels().map(|pixel| {
             let [red, green, blue, _] = pixel.to_le_bytes();
             u32::from_be_bytes([0, red, green, blue])

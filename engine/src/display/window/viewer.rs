@@ -1,11 +1,12 @@
 //! The event loop's handler: input becomes transactions, pictures become pixels on the screen.
 
+use std::io::{self, Write};
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use softbuffer::{Context, Surface};
+use softbuffer::{Context, SoftBufferError, Surface};
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
@@ -15,8 +16,9 @@ use winit::window::{Window, WindowId};
 
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
-use super::news::{News, WindowError};
+use super::news::{News, WindowError, without_place};
 use super::screen::{Screen, Screenshot};
+use super::strips::Strips;
 use crate::app::{Chosen, Settings, State};
 use crate::camera::View;
 use crate::image::Size;
@@ -53,6 +55,8 @@ pub(super) struct Viewer {
 struct Open {
     window: Rc<Window>,
     surface: Surface<OwnedDisplayHandle, Rc<Window>>,
+    /// Who draws what the surface cannot.
+    strips: Option<Strips>,
 }
 
 impl Viewer {
@@ -96,11 +100,11 @@ impl Viewer {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), String> {
         let size = PhysicalSize::new(self.size.width() as u32, self.size.height() as u32);
         let attributes = Window::default_attributes().with_title("mobula").with_inner_size(size);
-        let window = Rc::new(events.create_window(attributes).map_err(|error| error.to_string())?);
+        let window = Rc::new(events.create_window(attributes).map_err(|error| without_place(&error))?);
         let context = Context::new(events.owned_display_handle()).map_err(|error| error.to_string())?;
         let surface = Surface::new(&context, Rc::clone(&window)).map_err(|error| error.to_string())?;
         let inner = window.inner_size();
-        self.open = Some(Open { window, surface });
+        self.open = Some(Open { window, surface, strips: None });
         self.resize(inner);
         Ok(())
     }
@@ -147,7 +151,7 @@ impl Viewer {
             Action::FewerThreads => self.set_threads(self.threads - 1),
             Action::Screenshot => self.take_screenshot(),
             Action::Reset => self.look(self.first_view),
-            Action::Help => eprintln!("{HELP}"),
+            Action::Help => tell(format_args!("{HELP}")),
             Action::Close => events.exit(),
         }
         self.title_soon();
@@ -212,32 +216,24 @@ impl Viewer {
     }
 
     /// Draws the newest picture, enlarged or shrunk while the pipeline has not caught up with the window's size.
-    fn draw(&mut self) -> Result<(), softbuffer::SoftBufferError> {
-        let Some(Open { window, surface }) = &mut self.open else { return Ok(()) };
-        let size = window.inner_size();
-        let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else {
+    fn draw(&mut self) -> Result<(), String> {
+        let Some(Open { window, surface, strips }) = &mut self.open else { return Ok(()) };
+        let PhysicalSize { width, height } = window.inner_size();
+        let (Some(width), Some(height)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
             return Ok(());
         };
-        surface.resize(width, height)?;
-        let mut target = surface.buffer_mut()?;
-        let (width, height) = (size.width as usize, size.height as usize);
-        let shared = self.screen.lock();
-        let [from_width, from_height] = shared.size;
-        if shared.pixels.is_empty() {
-            target.fill(0);
-        } else if [width, height] == shared.size {
-            target.copy_from_slice(&shared.pixels);
-        } else {
-            for (y, row) in target.chunks_exact_mut(width).enumerate() {
-                let from = &shared.pixels[y * from_height / height * from_width..][..from_width];
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    *pixel = from[x * from_width / width];
-                }
+        let (screen, size) = (&self.screen, [width, height].map(|side| side.get() as usize));
+        window.pre_present_notify();
+        if strips.is_none() {
+            let Err(problem) = draw_at_once(surface, [width, height], screen) else { return Ok(()) };
+            *strips = Strips::new(window);
+            if strips.as_ref().is_none_or(|strips| strips.fits(size)) {
+                return Err(problem.to_string());
             }
         }
-        drop(shared);
-        window.pre_present_notify();
-        target.present()
+        // The picture is locked row by row: it takes its time to be sent.
+        let fill = |y: usize, row: &mut [u32]| screen.lock().fill_row(size, y, row);
+        strips.as_mut().map_or(Ok(()), |strips| strips.draw(size, &fill))
     }
 
     /// Sets the title when enough time has passed since the last time.
@@ -271,6 +267,27 @@ impl Viewer {
     }
 }
 
+fn draw_at_once(
+    surface: &mut Surface<OwnedDisplayHandle, Rc<Window>>,
+    [width, height]: [NonZeroU32; 2],
+    screen: &Screen,
+) -> Result<(), SoftBufferError> {
+    surface.resize(width, height)?;
+    let mut target = surface.buffer_mut()?;
+    let size = [width, height].map(|side| side.get() as usize);
+    let shared = screen.lock();
+    for (y, row) in target.chunks_exact_mut(size[0]).enumerate() {
+        shared.fill_row(size, y, row);
+    }
+    drop(shared);
+    target.present()
+}
+
+/// Tells people something on standard error. A window goes on when nobody can be told.
+fn tell(text: std::fmt::Arguments<'_>) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
 impl ApplicationHandler<News> for Viewer {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.open.is_none()
@@ -289,8 +306,8 @@ impl ApplicationHandler<News> for Viewer {
                 }
                 self.title_soon();
             }
-            News::Screenshot(Ok(file)) => eprintln!("mobula: wrote {file}"),
-            News::Screenshot(Err(problem)) => eprintln!("mobula: warning: {problem}"),
+            News::Screenshot(Ok(file)) => tell(format_args!("mobula: wrote {file}")),
+            News::Screenshot(Err(problem)) => tell(format_args!("mobula: warning: {problem}")),
             News::Ended => events.exit(),
         }
     }
@@ -306,7 +323,7 @@ impl ApplicationHandler<News> for Viewer {
             }
             WindowEvent::RedrawRequested => {
                 if let Err(problem) = self.draw() {
-                    self.problem = Some(WindowError::Open(problem.to_string()));
+                    self.problem = Some(WindowError::Open(problem));
                     events.exit();
                 }
             }
