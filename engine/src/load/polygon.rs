@@ -206,7 +206,7 @@ mod tests {
         for points in [10, 300, 5000] {
             let star = |i: usize| {
                 let (s, c) = (i as f64 * std::f64::consts::TAU / points as f64).sin_cos();
-                let r = if i % 2 == 0 { 1.0 } else { 0.4 };
+                let r = if i.is_multiple_of(2) { 1.0 } else { 0.4 };
                 [c * r, s * r]
             };
             is_cut_right(&(0..points).map(star).collect::<Vec<_>>());
