@@ -230,7 +230,7 @@ fn signals_leave_no_unfinished_file() {
                 std::thread::sleep(std::time::Duration::from_millis(1));
             }
             for signal in signals {
-                Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+                Command::new("kill").args([*signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
             }
             let code = child.wait().unwrap().code();
             let written = fs::remove_file(folder.0.join("out.png")).is_ok();
@@ -279,6 +279,20 @@ fn memory_that_is_refused_is_an_error() {
         assert_eq!(done.code, Some(1), "{scene} {size}: {done:?}");
         assert!(error_line(&done.err).starts_with(expected), "{}", done.err);
     }
+    assert_eq!(folder.files(), ["pyramid.obj"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_may_not_grow_is_an_error() {
+    let folder = Folder::new("growth");
+    folder.write("pyramid.obj", PYRAMID);
+    let mut command = std::process::Command::new("sh");
+    let limited = "ulimit -f 8 && exec \"$0\" render pyramid.obj --size 900x900 -o out.png";
+    command.args(["-c", limited, env!("CARGO_BIN_EXE_mobula")]).current_dir(&folder.0);
+    let done = support::Done::new(command.output().unwrap());
+    assert_eq!(done.code, Some(1), "{done:?}");
+    assert!(error_line(&done.err).starts_with("out.png: cannot be written: "), "{done:?}");
     assert_eq!(folder.files(), ["pyramid.obj"]);
 }
 

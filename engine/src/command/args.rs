@@ -195,7 +195,7 @@ fn scenes_help() -> String {
     for (name, what) in mobula::generate::SCENES {
         text.push_str(&format!("  {name:<14} {what}\n"));
     }
-    text.push_str("\nExit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted");
+    text.push_str("\nExit status: 0 done, 1 failed, 2 wrong usage, 130 interrupted, 143 terminated");
     text
 }
 

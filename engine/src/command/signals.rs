@@ -1,4 +1,4 @@
-//! What Ctrl-C and SIGTERM do: no file is left half written.
+//! What Ctrl-C and other signals that end the process do: no file is left half written.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
@@ -44,14 +44,27 @@ fn act(signal: i32) {
 /// Where no thread is to be had, signals do what they do without us.
 #[cfg(unix)]
 fn start() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
     use signal_hook::iterator::Signals;
+    // A file that may grow no further is an error of the one who writes it, not the end of the process.
+    let _ = signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default());
+    let hang_up = if ignores(SIGHUP) { None } else { Some(SIGHUP) };
+    let heeded = [SIGINT, SIGTERM].into_iter().chain(hang_up);
     let wait = || {
-        if let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) {
+        if let Ok(mut signals) = Signals::new(heeded) {
             signals.forever().for_each(act);
         }
     };
     let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(wait);
+}
+
+/// Whether whoever started us wants a signal to be ignored, as `nohup` does; true where the system does not tell.
+#[cfg(unix)]
+fn ignores(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask >> (signal - 1) & 1 != 0)
 }
 
 #[cfg(not(unix))]

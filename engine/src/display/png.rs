@@ -227,12 +227,12 @@ mod tests {
     #[test]
     fn a_high_picture_costs_what_a_wide_one_costs() {
         let folder = folder("high");
-        let mut seconds = |size: [usize; 2]| {
+        let seconds = |size: [usize; 2]| {
             let start = Instant::now();
             write_pixels(&folder.join("a.png"), size, (0..400_000).map(|place: u32| place / 7)).unwrap();
             start.elapsed().as_secs_f64()
         };
-        let mut least = |size| (0..5).map(|_| seconds(size)).fold(f64::INFINITY, f64::min);
+        let least = |size| (0..5).map(|_| seconds(size)).fold(f64::INFINITY, f64::min);
         let (high, wide) = (least([1, 400_000]), least([400_000, 1]));
         assert!(high < 4.0 * wide, "{high} s, {wide} s");
         fs::remove_dir_all(folder).unwrap();

@@ -7,6 +7,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use crate::pipeline::fault;
+
 /// A part of a tile: the tile's number times 32, plus [`WHOLE`], one of four quarters from 1 on, or one of 16 sixteenths
 /// from 5 on, four of each quarter after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,8 +66,8 @@ impl Part {
 impl TileCosts {
     /// For so many tiles that can be cut so often. Each is taken to cost the same.
     pub(super) fn new(tiles: usize, cuts: u32) -> Self {
-        let unknown = || std::array::from_fn(|_| AtomicU32::new(1.0_f32.to_bits()));
-        Self { tiles: (0..tiles).map(|_| unknown()).collect(), cuts: cuts.min(2) }
+        let unknown = |_| std::array::from_fn(|_| AtomicU32::new(1.0_f32.to_bits()));
+        Self { tiles: each_tile(tiles, unknown), cuts: cuts.min(2) }
     }
 
     /// Notes what a part has cost, in any unit.
@@ -131,6 +133,16 @@ impl TileCosts {
             self.add(tile, part, cost, known, share, parts);
         }
     }
+}
+
+/// Something for each of so many tiles. Ends the run where there is no memory for it.
+pub(super) fn each_tile<T>(tiles: usize, make: impl Fn(usize) -> T) -> Vec<T> {
+    let mut list = Vec::new();
+    if list.try_reserve_exact(tiles).is_err() {
+        fault::fail(format_args!("there is no memory for a picture of {tiles} tiles"));
+    }
+    list.extend((0..tiles).map(make));
+    list
 }
 
 /// The four that a part is cut into.

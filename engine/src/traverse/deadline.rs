@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_utils::CachePadded;
 
+use super::costs::each_tile;
 use super::tiles::Tiles;
 use super::{FragmentRenderer, ImageTraverser, TileSize};
 use crate::balance::LoadBalancer;
@@ -96,8 +97,9 @@ impl ImageTraverser for Deadline {
         (self.start, self.threads) = (Instant::now(), threads);
         self.frame += 1;
         if self.tiles.set_sizes(sizes) {
-            self.levels = (0..self.tiles.count()).map(|_| AtomicU8::new(0)).collect();
-            self.rendered = (0..self.tiles.count()).map(|_| AtomicU64::new(0)).collect();
+            self.order = each_tile(self.tiles.count(), |tile| tile);
+            self.levels = each_tile(self.tiles.count(), |_| AtomicU8::new(0));
+            self.rendered = each_tile(self.tiles.count(), |_| AtomicU64::new(0));
         }
         if changed {
             let first = self.first_pass();
