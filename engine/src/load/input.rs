@@ -106,7 +106,7 @@ fn unreadable(file: &Path, error: &io::Error) -> LoadError {
 
 fn damaged(file: &Path, error: &io::Error) -> LoadError {
     let (problem, remedy) = explain(error, true);
-    LoadError::new(file, problem, remedy)
+    LoadError::new(file, problem, remedy).at(1)
 }
 
 /// What an error while reading means, in words: problem and remedy.

@@ -120,7 +120,7 @@ fn words(statement: &str) -> Vec<&str> {
 /// The file that an OBJ file at `obj` calls `name`, if it is beside it or in a folder beside it. Exporters write paths of their own
 /// machine: then the bare file name counts, and last its letters whether large or small.
 fn find(obj: &Path, name: &str) -> Option<PathBuf> {
-    let folder = obj.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = obj.parent().unwrap_or(Path::new(""));
     let name = name.replace('\\', "/");
     let path = Path::new(&name);
     let bare = Path::new(path.file_name()?);
@@ -129,7 +129,9 @@ fn find(obj: &Path, name: &str) -> Option<PathBuf> {
     exact.into_iter().find(|path| input::is_regular(path)).or_else(|| {
         let wanted = bare.to_string_lossy().to_lowercase();
         let alike = |name: &OsString| name.to_string_lossy().to_lowercase() == wanted;
-        let entries = fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok().map(|entry| entry.file_name()));
+        let entries = fs::read_dir(Path::new(".").join(folder))
+            .ok()?
+            .filter_map(|entry| entry.ok().map(|entry| entry.file_name()));
         // The first by name, whatever order the disk has.
         entries.filter(alike).min().map(|name| folder.join(name)).filter(|path| input::is_regular(path))
     })
