@@ -18,7 +18,7 @@
 //! it by the margin (3 u a); it rounds where it starts (3 u a), and the depth of a plane, the product with a slope and the sum
 //! (3 u S): 16 u S. Together 82 u S < [`PAD`] S.
 //!
-//! All this is of numbers that are not denormal: what falls below is rounded by up to 2^-150 whatever its size. [`LEAST`], by which
+//! All this is of numbers that are not denormal: what falls below is rounded by up to 2^-150 whatever its size. `LEAST`, by which
 //! boxes are widened beside, is far more than that, and is lost in the rounding of coordinates above 1e-28.
 
 use mobula_simd::{F32Lanes, Token};

@@ -19,7 +19,7 @@
 //! A ray that starts on a triangle meets it at t = 0, which is not in an interval from 0 on; but rounding makes any small number of
 //! that. So a distance that rounding alone can have made is 0: hits that are very near, for the size of the triangle's coordinates
 //! relative to the origin, go to f64, where it is known how far off the depth may be because corners were rounded when they were
-//! moved and sheared ([`ROUNDED`]). It holds at every level, and takes nothing from a ray that starts at any distance that its
+//! moved and sheared (`ROUNDED`). It holds at every level, and takes nothing from a ray that starts at any distance that its
 //! coordinates can tell from 0. Only a ray that goes on nearly in the triangle's plane, or starts on a needle,
 //! may hit it farther on.
 

@@ -38,7 +38,7 @@ pub trait Stage<S, B = FrameBuffer>: Send + Sync {
     }
 
     /// Called during the frame, by the threads that [`balance`](Self::balance) says. Panics and
-    /// [`fault::fail`](super::fault::fail) end the run with a fault.
+    /// [`fault::fail`] end the run with a fault.
     fn run(&self, frame: &Frame<'_, S, B>);
 }
 
@@ -60,7 +60,7 @@ pub struct Plan<'a> {
 /// A buffer that each stage has one of, for each channel.
 pub trait StageBuffer: Send + Sync + 'static {
     /// A buffer for pictures of a size. Called at the barrier when a channel is new or has been resized. Ends the run with
-    /// [`fault::fail`](super::fault::fail) where there is no memory for it.
+    /// [`fault::fail`] where there is no memory for it.
     fn for_size(size: Size) -> Self;
 }
 
