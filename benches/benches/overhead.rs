@@ -194,7 +194,7 @@ fn measure(name: &str, token: AnyToken, arguments: &Arguments) -> Result<(), Box
     assert_eq!(settings.packet.to_string(), N.to_string(), "the bare loop has the same width");
     let [geometry] = &description.geometry[..] else { return Err("more than one mesh".into()) };
     let mesh = geometry.downcast_ref::<Mesh>().ok_or("not a mesh")?.clone();
-    let geometries = Geometries::build(description.geometry.clone(), AccelerationKind::Bvh)?;
+    let geometries = Geometries::build(description.geometry.clone(), &AccelerationKind::Bvh.into())?;
     let mut pipeline = app::pipeline_with_geometry(&description, geometries, &settings)?;
     let default = Lambertian::default().diffuse.to_array();
     let materials = description.materials.iter().map(|named| named.material.base_color().to_array());

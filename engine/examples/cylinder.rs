@@ -1,7 +1,7 @@
 //! A kind of geometry that Mobula does not know: upright cylinders, with a kernel, a tree, and a picture, `cylinder.png`.
 
 use bytemuck::Zeroable;
-use mobula::accel::AccelerationKind;
+use mobula::accel::Build;
 use mobula::display::png::write_png;
 use mobula::geometry::{Census, Geometry, InTree, Item, Structure, Tree};
 use mobula::packet::{Hits, PacketWidth, Surface};
@@ -113,8 +113,8 @@ impl Geometry for Cylinders {
     fn shift_materials(self: Arc<Self>, _: u32) -> Arc<dyn Geometry> {
         self
     }
-    fn structure(&self, members: &[Arc<dyn Geometry>], kind: AccelerationKind) -> Box<dyn Structure> {
-        Box::new(Tree::<Self>::build(members, kind))
+    fn structure(&self, members: &[Arc<dyn Geometry>], build: &Build) -> Box<dyn Structure> {
+        Box::new(Tree::<Self>::build(members, build))
     }
 }
 

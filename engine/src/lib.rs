@@ -50,6 +50,7 @@
 //! | [`image`] | frame buffers |
 //! | [`output`] | files that are whole or not there |
 //! | [`color`] | from linear colours to bytes |
+//! | [`progress`] | how far long work has come |
 //! | [`view`] | where a camera stands and looks |
 //! | [`choice`] | components that are chosen by name |
 //! | [`math`] | arithmetic whose bits depend on no platform |
@@ -77,6 +78,7 @@ pub mod output;
 pub mod packet;
 pub mod pipeline;
 pub mod prelude;
+pub mod progress;
 pub mod renderer;
 pub mod sampler;
 pub mod scale;

@@ -114,7 +114,8 @@ const CHANGES: &[Change] = &[
         name: "less geometry",
         make: |state| {
             let fewer = geometry(1.5).split_off(1);
-            state.stack.scene.geometry = Geometries::build(fewer, AccelerationKind::Bvh).expect("few primitives");
+            state.stack.scene.geometry =
+                Geometries::build(fewer, &AccelerationKind::Bvh.into()).expect("few primitives");
         },
         describe: |scene, _| scene.geometry = geometry(1.5).split_off(1),
     },

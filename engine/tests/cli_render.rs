@@ -39,7 +39,8 @@ fn a_mesh_becomes_a_picture_and_one_json_object() {
     assert_eq!(json["threads"], 2);
     assert_eq!(json["size"], serde_json::json!([90, 60]));
     assert_eq!(json["frames"], 3);
-    assert_eq!(json["rays"]["primary"], 3 * 90 * 60);
+    // Files are antialiased: nine samples a pixel.
+    assert_eq!(json["rays"]["primary"], 3 * 90 * 60 * 9);
     assert!(json["rays"]["shadow"].as_u64().unwrap() > 0);
     assert_eq!(json["output"], "out.png");
     assert_eq!((&json["geometries"], &json["media"], &json["camera"]), (&1.into(), &0.into(), &"pinhole".into()));
@@ -77,7 +78,7 @@ fn every_path_gives_the_same_bytes() {
     for options in [
         &["--no-shadows"][..],
         &["--renderer", "normal"],
-        &["--samples", "9"],
+        &["--samples", "1"],
         &["--background", "black"],
         &["--camera", "orthographic"],
         &["--fog", "0.02"],
@@ -137,4 +138,80 @@ fn info_tells_what_is_in_a_file() {
     assert_eq!(json["format"], "OBJ");
     assert_eq!(json["bounds"], serde_json::json!([[-2.0, 0.0, -2.0], [2.0, 1.5, 2.0]]));
     assert_eq!((&json["vertices"], &json["faces"], &json["triangles"]), (&9.into(), &5.into(), &6.into()));
+}
+
+#[test]
+fn pictures_that_are_refined_are_finished() {
+    let folder = Folder::new("refined");
+    folder.write("pyramid.obj", PYRAMID);
+    let bytes = |options: &[&str]| {
+        let done = folder.run(&[&["render", "pyramid.obj", "-o", "out.png", "--size", "161x137"], options].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        fs::read(folder.0.join("out.png")).unwrap()
+    };
+    let whole = bytes(&[]);
+    for traverser in ["progressive", "deadline:1000", "deadline:0.01"] {
+        assert!(bytes(&["--traverser", traverser]) == whole, "{traverser}");
+    }
+}
+
+#[test]
+fn every_frame_is_written_where_there_is_a_place_for_its_number() {
+    let folder = Folder::new("numbered");
+    folder.write("pyramid.obj", PYRAMID);
+    let render = ["render", "pyramid.obj", "--size", "40x30", "--json", "-o"];
+    let written = |options: &[&str]| {
+        let done = folder.run(&[&render, options].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        let json: Value = serde_json::from_str(&done.out).unwrap();
+        let files = folder.files().into_iter().filter(|name| name.ends_with(".png"));
+        let files: Vec<String> = files.inspect(|name| fs::remove_file(folder.0.join(name)).unwrap()).collect();
+        let mut told: Vec<_> = json["outputs"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+        told.sort_unstable();
+        assert_eq!(files, told);
+        assert!(done.err.contains(&format!("wrote {}", json["outputs"][0].as_str().unwrap())), "{}", done.err);
+        files
+    };
+    assert_eq!(written(&["a-##.png", "--frames", "3"]), ["a-00.png", "a-01.png", "a-02.png"]);
+    assert_eq!(written(&["a.png", "--frames", "3"]), ["a.png"]);
+    assert_eq!(written(&["#.png", "--frames", "2", "--channels", "2"]), ["0-0.png", "0-1.png", "1-0.png", "1-1.png"]);
+    assert_eq!(written(&["#.png", "--frames", "2", "--stereo", "anaglyph"]), ["0.png", "1.png"]);
+    // From coarse to fine.
+    assert_eq!(written(&["#.png", "--traverser", "progressive"]), ["0.png", "1.png", "2.png", "3.png"]);
+}
+
+#[test]
+fn quiet_is_quiet() {
+    let folder = Folder::new("quiet");
+    folder.write("pyramid.obj", format!("{PYRAMID}usemtl nothing\nf 1 2 3\n"));
+    let render = ["render", "pyramid.obj", "--size", "40x30", "--quiet"];
+    let done = folder.run(&render);
+    assert_eq!((done.code, done.err.lines().count()), (Some(0), 1), "{done:?}");
+    assert!(done.err.starts_with("mobula: warning: "), "{done:?}");
+    assert_eq!(folder.run(&["info", "pyramid.obj", "-q"]).out, folder.run(&["info", "pyramid.obj"]).out);
+}
+
+#[test]
+fn the_command_explains_itself_to_shells_and_readers() {
+    let folder = Folder::new("manual");
+    let done = folder.run(&["completions", "bash"]);
+    assert!(done.code == Some(0) && done.out.contains("--background"), "{done:?}");
+    let done = folder.run(&["man", "render"]);
+    assert!(done.code == Some(0) && done.out.contains(".TH mobula-render") && done.out.contains("frames"), "{done:?}");
+    assert!(folder.run(&["man"]).out.contains(".TH mobula "));
+}
+
+#[test]
+fn scaling_is_projected_unless_the_machine_is_busy() {
+    let folder = Folder::new("scale");
+    let done = folder.run(&["scale", "gen:terr20k", "--size", "60x40", "--rounds", "1", "--frames", "1", "--json"]);
+    let json: Value = serde_json::from_str(&done.out).unwrap();
+    let handovers = json["costs"]["handovers"].as_array().unwrap().len();
+    assert!((1..=2).contains(&handovers) && !json["measured"].as_array().unwrap().is_empty(), "{json}");
+    let projected = json["projected"].as_array().unwrap();
+    if json["disturbed"] == true {
+        assert!(done.code == Some(1) && projected.is_empty() && done.err.contains("the machine is busy"), "{done:?}");
+    } else {
+        assert!(done.code == Some(0) && projected.len() >= handovers, "{done:?}");
+    }
 }

@@ -467,7 +467,10 @@ fn models_that_do_not_fit_the_numbers_are_put_where_they_do() {
     assert_eq!([high[0] - low[0], high[1] - low[1]], [0.25, 0.125]);
     assert!(low.iter().chain(&high).all(|x| x.abs() < 100.0), "{low:?} {high:?}");
     // Shown together they keep their places.
-    let other = mobula::load::load_at(&folder.write("other.obj", text(0.125, 458_713.0)), Some(loaded.place)).unwrap();
+    let other = {
+        let options = mobula::load::Options { place: Some(loaded.place), ..Default::default() };
+        mobula::load::load_with(&folder.write("other.obj", text(0.125, 458_713.0)), &options).unwrap()
+    };
     assert_eq!(other.report.bounds().unwrap()[0][0], low[0] + 1.0);
     for size in [1e-30, 1e38, 1e200] {
         let loaded = folder.load(text(size, 0.0)).unwrap();

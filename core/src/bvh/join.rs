@@ -4,6 +4,12 @@
 pub trait Join: Sync {
     /// Does both and returns both results.
     fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B);
+
+    /// Hears of how many more primitives a build is done with. It goes over all of them twice, a refit once; of what is done in
+    /// no time nothing is heard. Called by the threads that build.
+    fn done_with(&self, primitives: usize) {
+        let _ = primitives;
+    }
 }
 
 /// One after the other.

@@ -47,8 +47,10 @@ impl<B: Block> Bvh<B> {
         frame: Frame,
         block: &(impl Fn(usize, &mut B) -> Bounds + Sync),
     ) {
+        let (primitives, blocks) = (self.primitives, self.leaf_count.max(1));
         let mut whole = Subtree {
             frame: &frame,
+            done: &|done: usize| join.done_with((done as u64 * primitives as u64 / blocks as u64) as usize),
             root: self.root,
             slot: 0,
             nodes: &mut self.nodes,
@@ -64,6 +66,8 @@ impl<B: Block> Bvh<B> {
 /// A subtree's nodes and blocks, and where they start in the whole tree.
 struct Subtree<'a, B> {
     frame: &'a Frame,
+    /// Hears how many more blocks are filled.
+    done: &'a (dyn Fn(usize) + Sync),
     root: Child,
     /// Where its parent has it.
     slot: usize,
@@ -94,6 +98,7 @@ impl<B: Block> Subtree<'_, B> {
                 }
                 self.nodes[at] = node;
             }
+            (self.done)(self.blocks.len());
             return self.bounds(self.root, &bounds, &wholes);
         }
         let bounds = each(join, &mut self.split(), &|part| (part.slot, part.fill::<NEW>(join, block)));
@@ -145,6 +150,7 @@ impl<B: Block> Subtree<'_, B> {
             (nodes, blocks) = (rest, others);
             parts.push(Subtree {
                 frame: self.frame,
+                done: self.done,
                 root,
                 slot,
                 first_node: *first_node + 1 + node,

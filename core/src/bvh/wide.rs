@@ -63,7 +63,15 @@ impl Topology {
         if count > GRAIN {
             let subtrees = each(join, &mut children[..len], &|child| {
                 let mut subtree = Self::default();
-                let root = child.take().map(|child| subtree.append(join, ranges, child, depth + 1));
+                let root = child.take().map(|child| {
+                    let count = R::len(&child);
+                    let root = subtree.append(join, ranges, child, depth + 1);
+                    // Larger ones are counted in parts.
+                    if count <= GRAIN {
+                        join.done_with(count);
+                    }
+                    root
+                });
                 (root.unwrap_or(Child::EMPTY), subtree)
             });
             for (slot, (root, subtree)) in subtrees.into_iter().enumerate() {

@@ -1,6 +1,7 @@
 //! Which acceleration structure finds the hits, chosen by name.
 
 use crate::choice::choice;
+use crate::progress::Progress;
 
 choice! {
     /// An acceleration structure.
@@ -11,5 +12,20 @@ choice! {
         Fast = "bvh-fast",
         /// None: every ray tries every primitive. The other structures must agree with it.
         Brute = "brute",
+    }
+}
+
+/// How structures are built.
+#[derive(Clone, Debug)]
+pub struct Build {
+    /// Which structure.
+    pub kind: AccelerationKind,
+    /// Where the primitives are counted that are done: each twice.
+    pub progress: Progress,
+}
+
+impl From<AccelerationKind> for Build {
+    fn from(kind: AccelerationKind) -> Self {
+        Self { kind, progress: Progress::default() }
     }
 }

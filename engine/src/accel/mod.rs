@@ -3,5 +3,5 @@
 mod kind;
 mod pool;
 
-pub use kind::AccelerationKind;
+pub use kind::{AccelerationKind, Build};
 pub(crate) use pool::Pool;

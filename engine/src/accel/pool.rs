@@ -5,11 +5,15 @@ use std::sync::OnceLock;
 use mobula_core::bvh::Join;
 use rayon_core::{ThreadPool, ThreadPoolBuilder};
 
+use crate::progress::Progress;
+
 /// Does two things at once on the threads of the process's pool, which sleep while nothing is built. The first build starts
 /// them; before any thread is bound to a core, or they would be too. Where there are none, builds do without: if the system has
 /// no threads to give, and in a process that was forked from the one that started them, since threads are not copied.
+///
+/// What builds are done with counts as progress.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pool;
+pub(crate) struct Pool<'a>(pub(crate) &'a Progress);
 
 /// The threads and the process that they are in.
 struct Threads {
@@ -19,7 +23,7 @@ struct Threads {
 
 static THREADS: OnceLock<Threads> = OnceLock::new();
 
-impl Pool {
+impl Pool<'_> {
     /// Does on one of its threads what joins often: to join from outside wakes one each time.
     pub(crate) fn enter<R: Send>(work: impl FnOnce() -> R + Send) -> R {
         let threads = THREADS.get_or_init(|| Threads::start(ThreadPoolBuilder::new));
@@ -27,10 +31,14 @@ impl Pool {
     }
 }
 
-impl Join for Pool {
+impl Join for Pool<'_> {
     fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
         // Outside of a pool there would be another one of rayon's own.
         if rayon_core::current_thread_index().is_some() { rayon_core::join(a, b) } else { (a(), b()) }
+    }
+
+    fn done_with(&self, primitives: usize) {
+        self.0.advance(primitives as u64);
     }
 }
 
@@ -65,7 +73,7 @@ mod tests {
     /// The thread of each half.
     fn halves() -> [Option<usize>; 2] {
         let thread = rayon_core::current_thread_index;
-        Pool.join(thread, thread).into()
+        Pool(&Progress::default()).join(thread, thread).into()
     }
 
     #[test]

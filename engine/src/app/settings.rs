@@ -83,7 +83,7 @@ pub enum AppError {
 /// # Errors
 /// If a geometry of the scene has more primitives than there are numbers, or the settings more threads than there may be.
 pub fn pipeline(scene: &SceneDescription, settings: &Settings) -> Result<Pipeline<State>, AppError> {
-    let geometry = Geometries::build(scene.geometry.clone(), settings.acceleration)?;
+    let geometry = Geometries::build(scene.geometry.clone(), &settings.acceleration.into())?;
     pipeline_with_geometry(scene, geometry, settings)
 }
 

@@ -8,6 +8,7 @@ use super::Components;
 use crate::camera::{CameraKind, View};
 use crate::pipeline::fault::scope;
 use crate::pipeline::{Balance, Frame, Plan, Stage};
+use crate::progress::Progress;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
 use crate::stack::Statistics;
@@ -19,6 +20,8 @@ pub struct State {
     pub stack: Components,
     /// The image traverser with its load balancer.
     pub traverser: Box<dyn ImageTraverser>,
+    /// Where the pixels are counted that have been rendered.
+    pub progress: Progress,
     chosen: Chosen,
     rays: Mutex<RayCounts>,
 }
@@ -65,7 +68,7 @@ impl State {
         stack.renderer = chosen.renderer.build();
         stack.sampler = chosen.sampler.build();
         stack.scene.shadows = chosen.shadows;
-        Self { stack, traverser, chosen, rays: Mutex::default() }
+        Self { stack, traverser, progress: Progress::default(), chosen, rays: Mutex::default() }
     }
 
     /// What is rendered, and how, as far as it was chosen by name: components that were put into the stack directly are not known.
@@ -136,6 +139,7 @@ impl Stage<State> for RenderFrames {
         let statistics = Statistics::default();
         traverse_frame(frame, &*frame.state.traverser, &|frame, fragment, out| {
             frame.state.stack.render(*fragment, out, &statistics);
+            frame.state.progress.advance(fragment.pixels() as u64);
         });
         // Once a thread and frame: the lock is short.
         frame.state.count(&statistics);

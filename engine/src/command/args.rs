@@ -11,6 +11,7 @@ use mobula::background::{Background, BackgroundKind, Constant};
 use mobula::balance::BalancerKind;
 use mobula::camera::{CameraKind, Up};
 use mobula::choice::list;
+use mobula::color::from_srgb8;
 use mobula::display::stereo::Stereo;
 use mobula::image::Size;
 use mobula::load::FORMATS;
@@ -26,9 +27,13 @@ use mobula_core::simd::Level;
 /// Without a subcommand: opens the scene in a window if there is a display, else writes mobula.png.
 #[derive(Debug, Parser)]
 #[command(name = "mobula", version, args_conflicts_with_subcommands = true, after_help = scenes_help())]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
+    /// Say nothing but warnings and errors, and show no progress
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) options: SceneOptions,
 }
@@ -36,20 +41,33 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render a scene to a PNG file
-    #[command(after_help = scenes_help())]
+    #[command(after_help = scenes_help(), allow_negative_numbers = true)]
     Render(RenderOptions),
     /// Open a scene in a window
     #[cfg(feature = "window")]
-    #[command(after_help = keys_help())]
+    #[command(after_help = keys_help(), allow_negative_numbers = true)]
     View(SceneOptions),
     /// Measure how rendering scales, and project it to more processors
-    #[command(after_help = scenes_help())]
+    #[command(after_help = scenes_help(), allow_negative_numbers = true)]
     Scale(super::scale::ScaleOptions),
     /// Tell what is in a file
     Info(InfoOptions),
     /// Measure and check every kernel, special case, level and packet width
     #[cfg(feature = "kernels")]
     Kernels(mobula::kernels::Options),
+    /// Print what makes a shell complete this command line
+    #[command(after_help = "For bash: mobula completions bash > ~/.local/share/bash-completion/completions/mobula")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, or that of a subcommand, as troff
+    #[command(after_help = "To read it: mobula man render > mobula-render.1; man ./mobula-render.1")]
+    Man {
+        /// A subcommand
+        #[arg(value_name = "COMMAND")]
+        command: Option<String>,
+    },
 }
 
 #[derive(Args, Clone, Debug)]
@@ -59,7 +77,7 @@ pub(crate) struct SceneOptions {
     ))]
     pub(crate) scenes: Vec<PathBuf>,
 
-    /// Size of the picture in pixels
+    /// Size of the picture in pixels; a width alone has 3/4 of it as height
     #[arg(short, long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
     pub(crate) size: Size,
 
@@ -87,9 +105,9 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
     pub(crate) samples: Option<SamplerKind>,
 
-    /// Pixel sampler: single, or jittered:K for K x K samples per pixel
-    #[arg(long, value_name = "NAME", default_value_t)]
-    pub(crate) sampler: SamplerKind,
+    /// Pixel sampler: single, or jittered:K for K x K samples per pixel [default: jittered:3 for files, else single]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sampler: Option<SamplerKind>,
 
     /// Image traverser: tiled, progressive (coarse at once, then refined frame by frame), deadline:MILLISECONDS or null
     #[arg(long, value_name = "NAME", default_value_t)]
@@ -127,15 +145,18 @@ pub(crate) struct SceneOptions {
     pub(crate) up: UpChoice,
 
     #[arg(
-        long, value_name = "COLOUR", value_parser = background,
-        help = format!("Background: {}, or a colour as R,G,B from 0 to 1", BackgroundKind::NAMES.join(", "))
+        long, value_name = "COLOUR", value_parser = as_given(background),
+        help = format!(
+            "Background: {}, or a colour: R,G,B from 0 to 1 of light, or #RRGGBB of a screen",
+            BackgroundKind::NAMES.join(", ")
+        )
     )]
-    pub(crate) background: Option<Arc<dyn Background>>,
+    pub(crate) background: Option<Given<Arc<dyn Background>>>,
 
-    /// Fog, for the renderer `raytracer`: of light that goes x units through it exp(-DENSITY x) is left; its colour as R,G,B from 0
-    /// to 1 [default: none]
-    #[arg(long, value_name = "DENSITY[,COLOUR]", allow_negative_numbers = true, value_parser = fog)]
-    pub(crate) fog: Option<Fog>,
+    /// Fog, for the renderer `raytracer`: of light that goes x units through it exp(-DENSITY x) is left; its colour as that of
+    /// the background [default: none]
+    #[arg(long, value_name = "DENSITY[,COLOUR]", value_parser = as_given(fog))]
+    pub(crate) fog: Option<Given<Fog>>,
 
     /// No shadows
     #[arg(long, action = ArgAction::SetTrue)]
@@ -147,16 +168,16 @@ pub(crate) struct RenderOptions {
     #[command(flatten)]
     pub(crate) scene: SceneOptions,
 
-    /// The PNG file to write
+    /// The PNG file to write; with #### in its name every frame is, under its number in so many digits
     #[arg(short, long, value_name = "FILE", default_value = "mobula.png", value_parser = png)]
     pub(crate) output: PathBuf,
 
-    /// Frames to render, for measuring; the last one is written
-    #[arg(short = 'n', long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    /// Frames to render; the last is written, or all of them if the file's name has a place for their numbers
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 1, value_parser = at_least_one)]
     pub(crate) frames: u64,
 
     /// Viewpoints around the scene, rendered together; with more than one, FILE-0.png, FILE-1.png, ... are written
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = channels)]
     pub(crate) channels: u16,
 
     /// Two eyes in one picture: side-by-side (twice as wide) or anaglyph (red and cyan)
@@ -190,6 +211,44 @@ pub(crate) struct InfoOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UpChoice(pub(crate) Option<Up>);
 
+/// A value, and the words that it was given in.
+#[derive(Clone, Debug)]
+pub(crate) struct Given<T> {
+    pub(crate) words: String,
+    pub(crate) value: T,
+}
+
+fn as_given<T>(parse: fn(&str) -> Result<T, String>) -> impl Fn(&str) -> Result<Given<T>, String> + Clone {
+    move |words| parse(words).map(|value| Given { words: words.to_owned(), value })
+}
+
+impl SceneOptions {
+    /// What makes the same scene on the command line, with what a viewer cannot change.
+    #[cfg(feature = "window")]
+    pub(crate) fn scene_words(&self) -> String {
+        let mut words: Vec<String> = self.scenes.iter().map(|scene| quoted(&scene.to_string_lossy())).collect();
+        let mut option = |name: &str, value: Option<String>| {
+            words.extend(value.map(|value| format!("--{name} {}", quoted(&value))));
+        };
+        option("isa", self.isa.map(|level| level.to_string()));
+        option("up", self.up.0.map(|up| if up == Up::Y { "y" } else { "z" }.to_owned()));
+        option("background", self.background.as_ref().map(|given| given.words.clone()));
+        option("fog", self.fog.as_ref().map(|given| given.words.clone()));
+        words.join(" ")
+    }
+}
+
+/// A word as a shell takes it.
+#[cfg(feature = "window")]
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-+=:,./%@".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
 fn scenes_help() -> String {
     let mut text = String::from("Generated scenes:\n");
     for (name, what) in mobula::generate::SCENES {
@@ -205,14 +264,25 @@ fn keys_help() -> String {
 }
 
 fn size(text: &str) -> Result<Size, String> {
-    let usage = || "write it as WIDTHxHEIGHT, such as 1024x768".to_owned();
-    let (width, height) = text.split_once(['x', 'X']).ok_or_else(usage)?;
     let side = |text: &str| {
         let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
         // More digits than a usize holds are too large in any case.
-        if digits { Ok(text.parse().unwrap_or(usize::MAX)) } else { Err(usage()) }
+        let side = digits.then(|| text.parse().unwrap_or(usize::MAX));
+        side.ok_or_else(|| "write it as WIDTHxHEIGHT, such as 1024x768".to_owned())
     };
-    Size::new(side(width)?, side(height)?).map_err(|error| error.to_string())
+    let (width, height) = match text.split_once(['x', 'X', '×']) {
+        Some((width, height)) => (side(width.trim())?, side(height.trim())?),
+        None => side(text).map(|width| (width, if width < 2 { width } else { width.saturating_mul(3) / 4 }))?,
+    };
+    Size::new(width, height).map_err(|error| error.to_string())
+}
+
+fn at_least_one(text: &str) -> Result<u64, String> {
+    text.parse().ok().filter(|count| *count > 0).ok_or_else(|| "give a whole number, 1 or more".to_owned())
+}
+
+fn channels(text: &str) -> Result<u16, String> {
+    text.parse().ok().filter(|count| (1..=64).contains(count)).ok_or_else(|| "give a number from 1 to 64".to_owned())
 }
 
 fn threads(text: &str) -> Result<usize, String> {
@@ -261,23 +331,37 @@ fn background(text: &str) -> Result<Arc<dyn Background>, String> {
     if let Ok(kind) = text.parse::<BackgroundKind>() {
         return Ok(kind.build());
     }
-    match vector(text) {
-        Ok(color) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Arc::new(Constant { color })),
-        _ => {
-            Err(format!("give {}, or three numbers from 0 to 1 such as 0.1,0.2,0.3", BackgroundKind::NAMES.join(", ")))
+    let unknown = || {
+        format!("give {}, three numbers from 0 to 1 such as 0.1,0.2,0.3, or #rrggbb", BackgroundKind::NAMES.join(", "))
+    };
+    color(text).map(|color| Arc::new(Constant { color }) as _).ok_or_else(unknown)
+}
+
+/// A colour: three numbers from 0 to 1 that are linear in light, or six hexadecimal digits, or three, that are sRGB.
+fn color(text: &str) -> Option<Vec3> {
+    let text = text.trim();
+    let digits = text.strip_prefix('#').unwrap_or(text);
+    let number = u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'));
+    match (number, digits.len()) {
+        (Some(number), 6) => Some(from_srgb8([number >> 16, number >> 8, number].map(|byte| byte as u8))),
+        // Each digit stands for two.
+        (Some(number), 3) if digits != text => {
+            Some(from_srgb8([number >> 8, number >> 4, number].map(|digit| (digit & 15) as u8 * 17)))
         }
+        _ => vector(text).ok().filter(|color| color.min_element() >= 0.0 && color.max_element() <= 1.0),
     }
 }
 
 fn fog(text: &str) -> Result<Fog, String> {
-    let usage = || "give a density of at least 0, or a density and a colour such as 0.05,0.6,0.7,0.8".to_owned();
-    let (density, color) = text.split_once(',').map_or((text, None), |(density, color)| (density, Some(color)));
+    let usage = || {
+        "give a density of at least 0, or a density and a colour such as 0.05,0.6,0.7,0.8 or 0.05,#aabbcc".to_owned()
+    };
+    let (density, tint) = text.split_once(',').map_or((text, None), |(density, tint)| (density, Some(tint)));
     let density = density.trim().parse().ok().filter(|density: &f32| density.is_finite() && *density >= 0.0);
     let fog = Fog::new(density.ok_or_else(usage)?);
-    match color.map(vector) {
+    match tint {
         None => Ok(fog),
-        Some(Ok(color)) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Fog { color, ..fog }),
-        Some(_) => Err(usage()),
+        Some(tint) => color(tint).map(|color| Fog { color, ..fog }).ok_or_else(usage),
     }
 }
 
@@ -289,9 +373,20 @@ fn extensions() -> String {
 
 fn png(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    let device = path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir());
-    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    if is_png || device { Ok(path) } else { Err(format!("Mobula writes PNG: call it {text}.png")) }
+    if path.is_dir() || path.file_name().is_none() || text.ends_with('/') {
+        let end = if text.ends_with('/') { "" } else { "/" };
+        return Err(format!("that is a folder; name a file in it, such as {text}{end}mobula.png"));
+    }
+    let device = path.metadata().is_ok_and(|there| !there.is_file());
+    let end = path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase());
+    match end.as_deref() {
+        _ if device => Ok(path),
+        Some("png") => Ok(path),
+        Some("jpg" | "jpeg" | "exr" | "hdr" | "ppm" | "pfm" | "tga" | "tif" | "tiff" | "bmp" | "webp" | "gif") => {
+            Err(format!("pictures are written as PNG; name it {}", path.with_extension("png").display()))
+        }
+        _ => Err(format!("pictures are written as PNG; name it {text}.png")),
+    }
 }
 
 #[cfg(test)]
@@ -306,12 +401,13 @@ mod tests {
 
     #[test]
     fn sizes_are_checked() {
-        assert_eq!(size("640x480"), Ok(Size::new(640, 480).unwrap()));
+        for (text, width, height) in [("640x480", 640, 480), ("640 × 480", 640, 480), ("800", 800, 600), ("1", 1, 1)] {
+            assert_eq!(size(text), Ok(Size::new(width, height).unwrap()), "{text}");
+        }
         for (text, expected) in [
             ("0x0", "at least 1"),
             ("100000x100000", "at most"),
             ("99999999999999999999999x1", "at most"),
-            ("640", "WIDTHxHEIGHT"),
             ("640x", "WIDTHxHEIGHT"),
             ("-1x5", "WIDTHxHEIGHT"),
             ("6.5x5", "WIDTHxHEIGHT"),
@@ -334,11 +430,29 @@ mod tests {
         }
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
         assert!(background("2,0,0").is_err() && background("pink").is_err() && background("1,0,0.5").is_ok());
+        for (text, expected) in [("#ff8800", [255, 136, 0]), ("FF8800", [255, 136, 0]), ("#f80", [255, 136, 0])] {
+            assert_eq!(color(text), Some(from_srgb8(expected)), "{text}");
+        }
+        for bad in ["#ff88", "f80", "#+ff880", "#ff880g", "ff", ""] {
+            assert_eq!(color(bad), None, "{bad}");
+        }
         assert_eq!(fog("0.5").unwrap().density, 0.5);
+        assert_eq!(fog("0.5,#ffffff").unwrap().color, Vec3::ONE);
         assert_eq!(fog("0.5,1,0,0.25").unwrap().color, Vec3::new(1.0, 0.0, 0.25));
         for bad in ["", "-1", "nan", "1,", "1,2,0,0", "1,0,0", "x"] {
             assert!(fog(bad).is_err(), "{bad}");
         }
-        assert!(png("a.jpg").is_err() && png("b.PNG").is_ok());
+        for (name, expected) in [
+            ("a.jpg", "name it a.png"),
+            ("b/a", "name it b/a.png"),
+            ("a.b", "name it a.b.png"),
+            (".", "such as ./mobula.png"),
+            ("none/", "such as none/mobula.png"),
+        ] {
+            assert!(png(name).unwrap_err().ends_with(expected), "{name}: {:?}", png(name));
+        }
+        assert!(png("b.PNG").is_ok() && png("####.png").is_ok());
+        #[cfg(feature = "window")]
+        assert_eq!(["a/b.obj", "a b", "it's", ""].map(quoted), ["a/b.obj", "'a b'", r"'it'\''s'", "''"]);
     }
 }

@@ -39,19 +39,30 @@ pub(crate) enum Failure {
     #[cfg(feature = "window")]
     #[error("cannot open a window: {0}; `mobula render` writes a picture instead")]
     Window(String),
-    /// Ctrl-C.
-    #[error("interrupted; nothing was written")]
-    Interrupted,
+    /// What was asked for makes no sense together.
+    #[error("{0}")]
+    Usage(String),
+    /// Ctrl-C, and at least how many frames had been written.
+    #[error("interrupted; {}", written(*.0))]
+    Interrupted(u64),
 }
 
 impl Failure {
     /// The exit status.
     pub(crate) fn code(&self) -> ExitCode {
         ExitCode::from(match self {
-            Self::UnknownScene(..) | Self::Environment(EnvError::Unknown(..)) => 2,
-            Self::Interrupted => 130,
+            Self::UnknownScene(..) | Self::Usage(_) | Self::Environment(EnvError::Unknown(..)) => 2,
+            Self::Interrupted(_) => 130,
             _ => 1,
         })
+    }
+}
+
+fn written(frames: u64) -> String {
+    match frames {
+        0 => "nothing was written".to_owned(),
+        1 => "the first frame was written".to_owned(),
+        _ => format!("the first {frames} frames were written"),
     }
 }
 

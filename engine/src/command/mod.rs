@@ -5,6 +5,8 @@
 mod args;
 mod failure;
 mod info;
+mod manual;
+mod progress;
 mod render;
 mod scale;
 mod scene;
@@ -17,18 +19,21 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
+use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
 use mobula::load::Loaded;
 use mobula::pipeline::{Config, Pipeline};
+use mobula::sampler::SamplerKind;
 use mobula::scene::Geometries;
 use mobula_core::simd::AnyToken;
 
 use args::{Cli, Command, SceneOptions};
 use failure::Failure;
 
-/// Tells people something on standard error. That nobody can be told is no reason to do less.
+/// Says something on standard error. That nobody can be told is no reason to do less.
 macro_rules! say {
     ($($text:tt)*) => {{
         use std::io::Write as _;
@@ -37,12 +42,31 @@ macro_rules! say {
 }
 use say;
 
+/// As `say`, but not to people who want it quiet.
+macro_rules! tell {
+    ($($text:tt)*) => {
+        if !$crate::command::quiet() {
+            $crate::command::say!($($text)*);
+        }
+    };
+}
+use tell;
+
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Is nothing to be said but warnings and errors?
+fn quiet() -> bool {
+    // Relaxed: set once, before there is another thread.
+    QUIET.load(Ordering::Relaxed)
+}
+
 /// Runs the command line; returns the exit status.
 pub(crate) fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(answer) => return tell(&answer),
+        Err(answer) => return answered(&answer),
     };
+    QUIET.store(cli.quiet, Ordering::Relaxed);
     let result = match &cli.command {
         Some(Command::Render(options)) => render::render(options),
         Some(Command::Scale(options)) => scale::scale(options),
@@ -51,11 +75,14 @@ pub(crate) fn run() -> ExitCode {
         Some(Command::Info(options)) => info::info(options),
         #[cfg(feature = "kernels")]
         Some(Command::Kernels(options)) => kernels(options),
+        Some(Command::Completions { shell }) => manual::completions(*shell),
+        Some(Command::Man { command }) => manual::page(command.as_deref()),
+        None if let Some(command) = manual::misspelt(&cli.options.scenes) => Err(Failure::Usage(command)),
         #[cfg(feature = "window")]
         None => view::view_or_render(&cli.options),
         #[cfg(not(feature = "window"))]
         None => render::render_default(&cli.options)
-            .inspect(|()| say!("mobula: it was built without a window: that is why it is a picture")),
+            .inspect(|()| tell!("mobula: it was built without a window: that is why it is a picture")),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -71,7 +98,7 @@ fn end(failure: &Failure) -> ExitCode {
 }
 
 /// Prints what was asked about the command itself, or what is wrong with the command line.
-fn tell(answer: &clap::Error) -> ExitCode {
+fn answered(answer: &clap::Error) -> ExitCode {
     match answer.print().and_then(|()| io::stdout().flush()) {
         Err(error) if !answer.use_stderr() => end(&unwritten(error).into()),
         _ => ExitCode::from(answer.exit_code() as u8),
@@ -118,8 +145,9 @@ struct Prepared {
     name: String,
 }
 
-/// Does what the options say: chooses the level, says so, loads the scenes, builds the pipeline.
-fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure> {
+/// Does what the options say: chooses the level, says so, loads the scenes, builds the pipeline. `sampler` is for those who do
+/// not choose one.
+fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Result<Prepared, Failure> {
     let token = match options.isa {
         Some(level) => AnyToken::for_level(level)?,
         None => AnyToken::from_env()?,
@@ -132,7 +160,7 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
         view: None,
         camera: options.camera,
         renderer: options.renderer,
-        sampler: options.samples.unwrap_or(options.sampler),
+        sampler: options.samples.or(options.sampler).unwrap_or(sampler),
         traverser: options.traverser,
         balancer: options.balancer,
         acceleration: options.accel,
@@ -141,23 +169,25 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
     };
     let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let (level, threads) = (token.level(), counted(settings.threads, "thread"));
-    say!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
+    tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
     let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
     scene.up = options.up.0.or(scene.up);
-    if let Some(fog) = options.fog {
-        scene.medium = Some(Arc::new(fog));
+    if let Some(fog) = &options.fog {
+        scene.medium = Some(Arc::new(fog.value));
     }
-    scene.background = options.background.clone().unwrap_or(scene.background);
-    let spinner = scene::spinner("building the acceleration structure".into());
-    let (pipeline, seconds) = render::timed(|| -> Result<_, Failure> {
-        let geometry = Geometries::build(scene.geometry.clone(), settings.acceleration);
+    if let Some(background) = &options.background {
+        scene.background = Arc::clone(&background.value);
+    }
+    let build = Build::from(settings.acceleration);
+    let building = || -> Result<_, Failure> {
+        let geometry = Geometries::build(scene.geometry.clone(), &build);
         Ok(app::pipeline_with_geometry(&scene, geometry.map_err(app::AppError::from)?, &settings)?)
-    });
-    spinner.finish_and_clear();
+    };
+    let (pipeline, seconds) = render::timed(|| progress::watch("building", &build.progress, building));
     let mut pipeline = pipeline?;
     if seconds >= 0.5 {
-        say!("mobula: built in {seconds:.2} s");
+        tell!("mobula: built in {seconds:.2} s");
     }
 
     let state = pipeline.state();
@@ -165,6 +195,10 @@ fn prepare(options: &SceneOptions, on_demand: bool) -> Result<Prepared, Failure>
     chosen.view.eye = options.eye.unwrap_or(chosen.view.eye);
     chosen.view.at = options.at.unwrap_or(chosen.view.at);
     chosen.view.fov = options.fov.unwrap_or(chosen.view.fov);
+    if chosen.view.eye == chosen.view.at {
+        let problem = "the eye is where it looks at, so that it looks nowhere: --eye and --at must be different points";
+        return Err(Failure::Usage(problem.to_owned()));
+    }
     state.choose(chosen);
     settings.view = Some(chosen.view);
     Ok(Prepared { pipeline, settings, name: scene.name })

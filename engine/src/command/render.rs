@@ -1,24 +1,33 @@
 //! `mobula render`: a scene to a PNG file.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use mobula::app::{RayCounts, State};
+use mobula::display::png::is_numbered;
 use mobula::pipeline::{Pipeline, Report};
+use mobula::sampler::SamplerKind;
+use mobula::traverse::TraverserKind;
 use serde_json::json;
 
-use super::args::RenderOptions;
+use super::args::{RenderOptions, SceneOptions};
 use super::failure::Failure;
+use super::progress::watch;
 use super::scene::grouped;
-use super::{Prepared, prepare, print, say, signals, viewpoints};
+use super::{Prepared, prepare, print, say, signals, tell, viewpoints};
+
+/// How files are sampled unless somebody says how.
+const STILL: SamplerKind = SamplerKind::Jittered { side: 3 };
 
 pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
-    let Prepared { mut pipeline, settings, .. } = prepare(&options.scene, false)?;
+    let Prepared { mut pipeline, settings, .. } = prepare(&options.scene, false, STILL)?;
     let outputs = viewpoints::add(&mut pipeline, &settings, options)?;
-    let bar = progress(&mut pipeline, options.frames);
-    let report = run(&mut pipeline, options.frames);
-    bar.finish_and_clear();
-    let report = report?;
+    if settings.traverser == TraverserKind::Tiled {
+        let pixels = settings.size.pixels() as u64 * outputs.channels();
+        pipeline.state().progress.expect(pixels.saturating_mul(options.frames));
+    }
+    let report = run(&mut pipeline, options)?;
+    let outputs = outputs.finish(&mut pipeline, report.frames)?;
 
     let rays = pipeline.state().rays();
     // Of rendering: writing the file comes after the last frame.
@@ -26,9 +35,9 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let fps = if seconds > 0.0 { report.frames as f64 / seconds } else { 0.0 };
     let rate = if seconds > 0.0 { rays.total() as f64 / seconds * 1e-6 } else { 0.0 };
     let frames = if report.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", report.frames) };
-    say!(
+    tell!(
         "mobula: wrote {} ({}), {frames} in {seconds:.3} s, {rate:.1} million rays a second",
-        outputs[0].display(),
+        names(&outputs),
         settings.size
     );
     let started = report.threads.len();
@@ -71,24 +80,27 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs the pipeline so that Ctrl-C ends it after the present frame, and a second Ctrl-C at once.
-fn run(pipeline: &mut Pipeline<State>, frames: u64) -> Result<Report, Failure> {
-    let handle = pipeline.handle();
-    let report = signals::stopping(handle, || pipeline.run(frames));
+/// Runs the pipeline so that Ctrl-C ends it between two tiles.
+fn run(pipeline: &mut Pipeline<State>, options: &RenderOptions) -> Result<Report, Failure> {
+    let (handle, progress) = (pipeline.handle(), pipeline.state().progress.clone());
+    let rendering = || watch("rendering", &progress, || pipeline.run_refined(options.frames));
+    let (report, interrupted) = signals::stopping(handle, rendering);
     let report = report?;
-    if report.frames < frames { Err(Failure::Interrupted) } else { Ok(report) }
+    match interrupted {
+        false => Ok(report),
+        true if is_numbered(&options.output) => Err(Failure::Interrupted(report.frames.saturating_sub(1))),
+        true => Err(Failure::Interrupted(0)),
+    }
 }
 
-/// A bar of the frames rendered, on terminals only.
-fn progress(pipeline: &mut Pipeline<State>, frames: u64) -> ProgressBar {
-    if frames < 2 {
-        return super::scene::spinner("rendering".into());
+/// Files as people are told of them.
+fn names(files: &[PathBuf]) -> String {
+    match files {
+        [first, .., last] if files.len() > 8 => {
+            format!("{} files, {} to {}", files.len(), first.display(), last.display())
+        }
+        _ => files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", "),
     }
-    let style = ProgressStyle::with_template("rendering {bar:40} {pos}/{len} frames, {eta} left");
-    let bar = ProgressBar::new(frames).with_style(style.expect("a valid template"));
-    let moved = bar.clone();
-    pipeline.callbacks().serial_pre_render("progress bar", move |point| moved.set_position(point.frame));
-    bar
 }
 
 fn print_statistics(report: &Report, rays: &RayCounts, seconds: f64) {
@@ -134,7 +146,7 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// What `mobula` without a window does.
-pub(crate) fn render_default(options: &super::args::SceneOptions) -> Result<(), Failure> {
+pub(crate) fn render_default(options: &SceneOptions) -> Result<(), Failure> {
     let scene = options.clone();
     let output = "mobula.png".into();
     render(&RenderOptions {

@@ -4,9 +4,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use mobula::output;
 use mobula::pipeline::{DisplayStage, NullDisplay};
+use mobula::progress::Progress;
+use mobula::sampler::SamplerKind;
 use mobula::scale::plot::{Curves, svg};
 use mobula::scale::{Costs, Dealt, Measurement, PAPER, PROCESSORS, Plan, Projection, measure, project};
 use mobula::traverse::TileSize;
@@ -14,9 +15,10 @@ use serde_json::{Value, json};
 
 use super::args::SceneOptions;
 use super::failure::Failure;
-use super::{Prepared, prepare, print, say, signals};
+use super::progress::watch;
+use super::{Prepared, prepare, print, signals, tell};
 
-/// What passing a cache line costs between processors that are far from each other, in seconds: for the last column.
+/// What passing a cache line costs between processors that are far from each other, in seconds.
 const FAR: f64 = 100e-9;
 
 #[derive(Args, Clone, Debug)]
@@ -51,7 +53,7 @@ pub(crate) struct ScaleOptions {
 }
 
 pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
-    let Prepared { mut pipeline, settings, name } = prepare(&options.scene, false)?;
+    let Prepared { mut pipeline, settings, name } = prepare(&options.scene, false, SamplerKind::Single)?;
     pipeline.add_stage(DisplayStage::new().with(0, NullDisplay));
     let tile = TileSize { width: options.tile as usize, height: options.tile as usize };
     let (rounds, frames) = (options.rounds as usize, options.frames);
@@ -64,40 +66,71 @@ pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
         balancer: settings.balancer,
         turn: options.turn.to_radians(),
     };
-    let style = ProgressStyle::with_template("measuring {bar:40} {pos}/{len} rounds, {eta} left");
-    let bar = ProgressBar::new(rounds as u64).with_style(style.expect("a valid template"));
-    let measured = measure(&mut pipeline, &plan, |round| bar.set_position(round as u64));
-    bar.finish_and_clear();
-    let measured = measured?;
-
-    let (near, far) = (all(&measured.costs, &plan), all(&measured.costs.with_handover(FAR), &plan));
+    let progress = Progress::default();
+    progress.expect(rounds as u64 + 1);
+    let mut rounds_done = 0;
+    let measured = watch("measuring", &progress, || {
+        measure(&mut pipeline, &plan, |round| {
+            progress.advance((round - rounds_done) as u64);
+            rounds_done = round;
+        })
+    })?;
+    // What is projected from what a busy machine measures is no better than a guess.
+    let projected = if measured.is_disturbed() { Vec::new() } else { projections(&measured, &plan) };
     let title = format!("{name}, {}, {}, tiles of {}x{}", settings.size, settings.balancer, options.tile, options.tile);
     if let Some(path) = &options.plot {
         let curves = Curves {
             measured: measured.runs.iter().map(|run| (run.threads as f64, run.speedup)).collect(),
-            projected: near.iter().map(|at| (at.processors as f64, at.speedup)).collect(),
+            projected: projected.first().into_iter().flat_map(Projected::points).collect(),
             title: title.clone(),
         };
         let problem = |error: &dyn std::fmt::Display| Failure::Output(format!("{}: {error}", path.display()));
         let text = svg(&curves).map_err(|error| problem(&error))?;
         signals::listen();
         output::write(path, |mut file| file.write_all(text.as_bytes())).map_err(|error| problem(&error))?;
-        say!("mobula: wrote {}", path.display());
+        tell!("mobula: wrote {}", path.display());
     }
     if options.json {
-        print(&to_json(&measured, &near, &far, &plan))
+        print(&to_json(&measured, &projected, &plan))?;
     } else {
-        print(&table(&measured, &near, &far, &plan, &title))
+        print(&table(&measured, &projected, &plan, &title))?;
+    }
+    if measured.is_disturbed() {
+        return Err(Failure::Output(format!(
+            "the machine is busy: arithmetic alone was given {} of the processors, so nothing is projected; stop what else \
+             runs, or measure fewer --threads",
+            percent(measured.given)
+        )));
+    }
+    Ok(())
+}
+
+/// The projection for one cost of passing a cache line, in seconds.
+struct Projected {
+    handover: f64,
+    at: Vec<Projection>,
+}
+
+impl Projected {
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.at.iter().map(|at| (at.processors as f64, at.speedup))
     }
 }
 
-fn all(costs: &Costs, plan: &Plan) -> Vec<Projection> {
+/// For each cost of passing a cache line that was seen, and for one between far processors if that is more.
+fn projections(measured: &Measurement, plan: &Plan) -> Vec<Projected> {
     let balancer = plan.balancer.build();
     let dealt = Dealt { size: plan.size, tile: plan.tile, balancer: &*balancer };
-    PROCESSORS.iter().map(|&processors| project(costs, &dealt, processors)).collect()
+    let seen = &measured.handovers;
+    let far = seen.iter().all(|&handover| handover < FAR).then_some(FAR);
+    let with = |handover: f64| {
+        let costs = measured.costs.with_handover(handover);
+        Projected { handover, at: PROCESSORS.iter().map(|&processors| project(&costs, &dealt, processors)).collect() }
+    };
+    seen.iter().copied().chain(far).map(with).collect()
 }
 
-fn table(measured: &Measurement, near: &[Projection], far: &[Projection], plan: &Plan, title: &str) -> String {
+fn table(measured: &Measurement, projected: &[Projected], plan: &Plan, title: &str) -> String {
     let costs = &measured.costs;
     let mut lines = vec![
         title.to_owned(),
@@ -124,16 +157,23 @@ fn table(measured: &Measurement, near: &[Projection], far: &[Projection], plan: 
         String::new(),
         format!("costs of a frame: {}", pieces(costs, plan)),
         format!(
-            "barrier of two {:.2} us, serial part {:.2} us, display {:.2} us, hand-over of a cache line {:.0} ns",
+            "barrier of two {:.2} us, serial part {:.2} us, display {:.2} us, hand-over of a cache line {}",
             costs.crossing * 1e6,
             costs.serial * 1e6,
             costs.display * 1e6,
-            costs.handover * 1e9
+            measured.handovers.iter().map(|&seen| nanoseconds(seen)).collect::<Vec<_>>().join(" or ")
         ),
+    ]);
+    let Some((first, others)) = projected.split_first() else { return lines.join("\n") };
+    let by = |others: &mut dyn Iterator<Item = String>| others.map(|text| format!("{text:>9}")).collect::<String>();
+    lines.extend([
         String::new(),
-        format!("projected; in the last column with {:.0} ns a hand-over", FAR * 1e9),
         format!(
-            "{:>10}{:>10}{:>12}{:>11}{:>9}{:>9}{:>9}{:>10}{:>9}{:>8}{:>9}",
+            "projected with {} a hand-over; in the last columns the efficiency with others",
+            nanoseconds(first.handover)
+        ),
+        format!(
+            "{:>10}{:>10}{:>12}{:>11}{:>9}{:>9}{:>9}{:>10}{:>9}{:>8}{}",
             "processors",
             "speed-up",
             "efficiency",
@@ -144,14 +184,14 @@ fn table(measured: &Measurement, near: &[Projection], far: &[Projection], plan: 
             "balancer",
             "single",
             "paper",
-            "far"
+            by(&mut others.iter().map(|other| nanoseconds(other.handover)))
         ),
     ]);
-    for (at, far) in near.iter().zip(far) {
+    for (row, at) in first.at.iter().enumerate() {
         let lost = at.lost;
         let paper = PAPER.iter().find(|paper| paper.0 == at.processors);
         lines.push(format!(
-            "{:>10}{:>10.1}{:>12}{:>11}{:>9}{:>9}{:>9}{:>10}{:>9}{:>8}{:>9}",
+            "{:>10}{:>10.1}{:>12}{:>11}{:>9}{:>9}{:>9}{:>10}{:>9}{:>8}{}",
             at.processors,
             at.speedup,
             percent(at.efficiency),
@@ -162,7 +202,7 @@ fn table(measured: &Measurement, near: &[Projection], far: &[Projection], plan: 
             percent(lost.balancer),
             percent(lost.single),
             paper.map_or(String::new(), |paper| format!("{:.0} %", 100.0 * paper.1)),
-            percent(far.efficiency),
+            by(&mut others.iter().map(|other| percent(other.at[row].efficiency))),
         ));
     }
     lines.join("\n")
@@ -180,11 +220,15 @@ fn pieces(costs: &Costs, plan: &Plan) -> String {
     all.collect::<Vec<_>>().join("; ")
 }
 
+fn nanoseconds(seconds: f64) -> String {
+    format!("{:.0} ns", seconds * 1e9)
+}
+
 fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-fn to_json(measured: &Measurement, near: &[Projection], far: &[Projection], plan: &Plan) -> Value {
+fn to_json(measured: &Measurement, projected: &[Projected], plan: &Plan) -> Value {
     let runs = measured.runs.iter().map(|run| {
         json!({
             "threads": run.threads,
@@ -214,15 +258,19 @@ fn to_json(measured: &Measurement, near: &[Projection], far: &[Projection], plan
     let costs = &measured.costs;
     json!({
         "measured": runs.collect::<Vec<_>>(),
-        "projected": near.iter().map(projection).collect::<Vec<_>>(),
-        "projected_far": far.iter().map(projection).collect::<Vec<_>>(),
+        "given": measured.given,
+        "disturbed": measured.is_disturbed(),
+        "projected": projected.iter().map(|projected| json!({
+            "handover": projected.handover,
+            "at": projected.at.iter().map(projection).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
         "paper": PAPER.map(|(processors, efficiency)| json!({ "processors": processors, "efficiency": efficiency })),
         "costs": {
             "tile_seconds": costs.frames[0].of_width(plan.tile.width).collect::<Vec<_>>(),
             "crossing_of_two": costs.crossing,
             "serial": costs.serial,
             "display": costs.display,
-            "handover": costs.handover,
+            "handovers": measured.handovers,
         },
         "tile": [plan.tile.width, plan.tile.height],
         "balancer": plan.balancer.to_string(),

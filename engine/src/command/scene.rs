@@ -1,16 +1,17 @@
 //! Scenes by name: files, generated ones, and the built-in one.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use indicatif::ProgressBar;
 use mobula::geometry::Role;
 use mobula::load::{self, Loaded, Place, Report, printable};
+use mobula::progress::Progress;
 use mobula::scene::SceneDescription;
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
-use super::say;
+use super::progress::watch;
+use super::{say, tell};
 
 /// More warnings than these are only counted.
 const MOST_WARNINGS: usize = 8;
@@ -35,8 +36,17 @@ pub(crate) fn gather(names: &[PathBuf]) -> Result<Loaded, Failure> {
 /// Loads or makes one scene, and tells people about it.
 pub(crate) fn open(name: &Path, place: Option<Place>) -> Result<Loaded, Failure> {
     let start = Instant::now();
-    let spinner = spinner(format!("loading {}", name.display()));
-    let loaded = match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
+    let progress = Progress::default();
+    let what = format!("loading {}", printable(&name.display().to_string()));
+    let loaded = watch(&what, &progress, || open_quietly(name, place, &progress))?;
+    warn(&loaded.report.warnings);
+    let seconds = start.elapsed().as_secs_f64();
+    tell!("mobula: {}: {}, loaded in {seconds:.2} s", printable(&loaded.scene.name), contents(&loaded));
+    Ok(loaded)
+}
+
+fn open_quietly(name: &Path, place: Option<Place>, progress: &Progress) -> Result<Loaded, Failure> {
+    match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
         Some(name) if !generate::has_memory(name) => {
             Err(Failure::Output(format!("{name}: there is no memory for this scene")))
         }
@@ -44,30 +54,16 @@ pub(crate) fn open(name: &Path, place: Option<Place>) -> Result<Loaded, Failure>
             let known = generate::SCENES.map(|(name, _)| name).join(", ");
             Failure::UnknownScene(name.to_owned(), known)
         }),
-        None => load::load_at(name, place).map_err(Failure::Load),
-    };
-    spinner.finish_and_clear();
-    let loaded = loaded?;
-    warn(&loaded.report.warnings);
-    let seconds = start.elapsed().as_secs_f64();
-    say!("mobula: {}: {}, loaded in {seconds:.2} s", printable(&loaded.scene.name), contents(&loaded));
-    Ok(loaded)
+        None => {
+            let options = load::Options { place, progress: progress.clone() };
+            load::load_with(name, &options).map_err(Failure::Load)
+        }
+    }
 }
 
 /// A scene that no file holds.
 fn made(scene: SceneDescription) -> Loaded {
     Loaded { report: Report::of_scene(&scene), scene, place: Place::default() }
-}
-
-/// A sign of life, on terminals only.
-pub(crate) fn spinner(text: String) -> ProgressBar {
-    let spinner = ProgressBar::new_spinner().with_message(text);
-    // It has a thread of its own, which must not be asked for where there are none.
-    let threads = std::thread::Builder::new().spawn(|| ()).is_ok();
-    if threads && !spinner.is_hidden() {
-        spinner.enable_steady_tick(Duration::from_millis(100));
-    }
-    spinner
 }
 
 /// Prints warnings.

@@ -20,13 +20,14 @@ pub(crate) fn listen() {
     LISTENING.call_once(start);
 }
 
-/// Does something that Ctrl-C ends after the present frame, and a second Ctrl-C, or SIGTERM, at once.
-pub(crate) fn stopping<R>(handle: Handle<State>, work: impl FnOnce() -> R) -> R {
+/// Does something that Ctrl-C ends between two tiles, and a second Ctrl-C, or SIGTERM, at once; returns whether it did.
+pub(crate) fn stopping<R>(handle: Handle<State>, work: impl FnOnce() -> R) -> (R, bool) {
     *running() = Some(handle);
     listen();
     let result = work();
     running().take();
-    result
+    // Relaxed: only this flag is shared.
+    (result, INTERRUPTED.load(Ordering::Relaxed))
 }
 
 fn running() -> MutexGuard<'static, Option<Handle<State>>> {
@@ -36,7 +37,7 @@ fn running() -> MutexGuard<'static, Option<Handle<State>>> {
 fn act(signal: i32) {
     match running().as_ref() {
         // Relaxed: only this flag is shared.
-        Some(handle) if signal == INTERRUPT && !INTERRUPTED.swap(true, Ordering::Relaxed) => drop(handle.stop()),
+        Some(handle) if signal == INTERRUPT && !INTERRUPTED.swap(true, Ordering::Relaxed) => handle.halt(),
         _ => output::exit(128 + signal),
     }
 }

@@ -1,10 +1,11 @@
 //! `mobula view`, and `mobula` without a subcommand: a window.
 
-use mobula::display::window::{Connection, HELP, WindowError, has_display};
+use mobula::display::window::{Connection, HELP, Titles, WindowError, has_display};
+use mobula::sampler::SamplerKind;
 
 use super::args::SceneOptions;
 use super::failure::Failure;
-use super::{Prepared, prepare, render, say, scene, signals};
+use super::{Prepared, prepare, render, scene, signals, tell};
 
 /// A window if there is a display, else a picture.
 pub(crate) fn view_or_render(options: &SceneOptions) -> Result<(), Failure> {
@@ -13,7 +14,7 @@ pub(crate) fn view_or_render(options: &SceneOptions) -> Result<(), Failure> {
         Some(connection) => show(connection, options),
         None => {
             render::render_default(options)?;
-            say!("mobula: there is no display for a window: that is why it is a picture");
+            tell!("mobula: there is no display for a window: that is why it is a picture");
             Ok(())
         }
     }
@@ -31,11 +32,12 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
 }
 
 fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
-    let Prepared { pipeline, settings, name } = prepare(options, true)?;
-    say!("{HELP}");
+    let Prepared { pipeline, settings, name } = prepare(options, true, SamplerKind::Single)?;
+    tell!("{HELP}");
     // Screenshots are files too.
     signals::listen();
-    Ok(connection.show(pipeline, &settings, &name)?)
+    let scene = options.scene_words();
+    Ok(connection.show(pipeline, &settings, &Titles { name, scene })?)
 }
 
 impl From<WindowError> for Failure {

@@ -1,10 +1,11 @@
-//! Viewpoints of `mobula render`: one, several around the scene, or two eyes; all in the same balanced stage.
+//! Viewpoints of `mobula render`: one, several around the scene, or two eyes; all in the same balanced stage. And where their
+//! pictures go.
 
 use std::path::{Path, PathBuf};
 
 use mobula::app::{Settings, State};
-use mobula::display::png::PngDisplay;
-use mobula::pipeline::{DisplayStage, Pipeline};
+use mobula::display::png::{PngDisplay, is_numbered};
+use mobula::pipeline::{Display, DisplayStage, Picture, Pipeline};
 
 use super::args::RenderOptions;
 use super::failure::Failure;
@@ -12,15 +13,22 @@ use super::failure::Failure;
 /// The eyes are as far apart as this part of the distance to what they look at.
 const APART: f32 = 1.0 / 30.0;
 
-/// Adds the channels and their displays to a pipeline with one channel; returns the files to be written.
+/// Where the pictures of a run go.
+pub(crate) struct Outputs {
+    /// One a channel, or one for both eyes.
+    files: Vec<PngDisplay>,
+    /// What shows the last frame of each channel after the run; where every frame is written, the pipeline does.
+    last: Vec<Box<dyn Display>>,
+}
+
+/// Adds the channels to a pipeline with one channel, and displays for all frames if all are to be written.
 pub(crate) fn add(
     pipeline: &mut Pipeline<State>,
     settings: &Settings,
     options: &RenderOptions,
-) -> Result<Vec<PathBuf>, Failure> {
+) -> Result<Outputs, Failure> {
     let view = pipeline.state().chosen().view;
-    let png = |file: &Path| PngDisplay::new(file).only(options.frames - 1);
-    let mut stage = DisplayStage::new();
+    let mut displays: Vec<Box<dyn Display>> = Vec::new();
     let files = if let Some(stereo) = options.stereo {
         stereo.size(settings.size).map_err(|error| Failure::Output(error.to_string()))?;
         let [left, right] = view.eyes(options.eye_distance.unwrap_or(view.distance() * APART));
@@ -28,24 +36,45 @@ pub(crate) fn add(
         let state = pipeline.state();
         state.choose(mobula::app::Chosen { view: left, ..*state.chosen() });
         state.stack.set_view(channel, right);
-        let [left, right] = stereo.displays(png(&options.output));
-        stage = stage.with(0, left).with(channel, right);
-        vec![options.output.clone()]
+        let file = PngDisplay::new(&options.output);
+        displays.extend(stereo.displays(file.clone()).map(|eye| Box::new(eye) as Box<dyn Display>));
+        vec![file]
     } else {
         let count = usize::from(options.channels);
-        let files = files(&options.output, count);
-        for (index, file) in files.iter().enumerate() {
-            if index > 0 {
-                let turn = std::f32::consts::TAU * index as f32 / count as f32;
-                let channel = pipeline.add_channel(format!("viewpoint {index}"), settings.size);
-                pipeline.state().stack.set_view(channel, view.orbit(turn, 0.0));
-            }
-            stage = stage.with(index, png(file));
+        for index in 1..count {
+            let turn = std::f32::consts::TAU * index as f32 / count as f32;
+            let channel = pipeline.add_channel(format!("viewpoint {index}"), settings.size);
+            pipeline.state().stack.set_view(channel, view.orbit(turn, 0.0));
         }
+        let files: Vec<_> = files(&options.output, count).into_iter().map(PngDisplay::new).collect();
+        displays.extend(files.iter().map(|file| Box::new(file.clone()) as Box<dyn Display>));
         files
     };
+    if !is_numbered(&options.output) {
+        return Ok(Outputs { files, last: displays });
+    }
+    let stage = DisplayStage::new();
+    displays.into_iter().enumerate().for_each(|(channel, display)| stage.attach(channel, display));
     pipeline.add_stage(stage);
-    Ok(files)
+    Ok(Outputs { files, last: Vec::new() })
+}
+
+impl Outputs {
+    /// How many channels are rendered.
+    pub(crate) fn channels(&self) -> u64 {
+        self.files.len().max(self.last.len()) as u64
+    }
+
+    /// Writes what is not written yet, after so many frames; returns all files that were written.
+    pub(crate) fn finish(mut self, pipeline: &mut Pipeline<State>, frames: u64) -> Result<Vec<PathBuf>, Failure> {
+        for (channel, display) in self.last.iter_mut().enumerate() {
+            let Some((frame, buffer)) = pipeline.picture(channel) else { continue };
+            let picture = Picture { frame, channel, name: "", size: buffer.size(), buffer };
+            display.show(&picture).map_err(|error| Failure::Output(error.to_string()))?;
+        }
+        let numbers = if self.last.is_empty() { 0..frames } else { 0..1 };
+        Ok(self.files.iter().flat_map(|file| numbers.clone().map(|frame| file.file(frame))).collect())
+    }
 }
 
 /// The file of each of so many channels: with more than one, its number comes before the extension.

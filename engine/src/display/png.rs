@@ -129,27 +129,35 @@ fn plain(error: png::EncodingError) -> io::Error {
     }
 }
 
-/// Writes pictures to one file: each in place of the one before, or a single frame only.
+/// Writes pictures to a file, each in place of the one before; or, if there are marks `#` in the file's name, each to a file of its
+/// own: the last run of marks becomes the number of the frame, of so many digits or more.
 #[derive(Clone, Debug)]
 pub struct PngDisplay {
     file: PathBuf,
-    only: Option<u64>,
 }
 
 impl PngDisplay {
     /// Its name in faults.
     pub const NAME: &str = "PNG display";
 
-    /// Writes every frame.
+    /// Writes every frame that it is shown.
     pub fn new(file: impl Into<PathBuf>) -> Self {
-        Self { file: file.into(), only: None }
+        Self { file: file.into() }
     }
 
-    /// Writes one frame only, by its number.
-    #[must_use]
-    pub fn only(self, frame: u64) -> Self {
-        Self { only: Some(frame), ..self }
+    /// The file of a frame.
+    pub fn file(&self, frame: u64) -> PathBuf {
+        let name = self.file.file_name().unwrap_or_default().to_string_lossy();
+        let Some(last) = name.rfind('#') else { return self.file.clone() };
+        let before = name[..last].trim_end_matches('#');
+        let digits = last + 1 - before.len();
+        self.file.with_file_name(format!("{before}{frame:0digits$}{}", &name[last + 1..]))
     }
+}
+
+/// Does the name of a file have a place for the numbers of frames, as [`PngDisplay`] fills it?
+pub fn is_numbered(file: &Path) -> bool {
+    file.file_name().is_some_and(|name| name.to_string_lossy().contains('#'))
 }
 
 impl Display for PngDisplay {
@@ -158,9 +166,7 @@ impl Display for PngDisplay {
     }
 
     fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
-        if self.only.is_none_or(|frame| frame == picture.frame) {
-            write_png(&self.file, picture.buffer)?;
-        }
+        write_png(&self.file(picture.frame), picture.buffer)?;
         Ok(Shown::Continue)
     }
 }
@@ -186,6 +192,14 @@ mod tests {
         let path = std::env::temp_dir().join(format!("mobula-png-{test}-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         path
+    }
+
+    #[test]
+    fn frames_are_numbered_where_there_are_marks() {
+        let names = ["a/#.png", "a/b-####.png", "#-##", "a.png", "#a/b.png"];
+        let files = names.map(|name| PngDisplay::new(name).file(107));
+        assert_eq!(files, ["a/107.png", "a/b-0107.png", "#-107", "a.png", "#a/b.png"].map(PathBuf::from));
+        assert_eq!(names.map(|name| is_numbered(name.as_ref())), [true, true, true, false, false]);
     }
 
     #[test]

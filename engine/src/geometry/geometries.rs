@@ -15,7 +15,7 @@ use mobula_core::traverse::Paths;
 
 use super::group::{Group, Member, Translucent, materials_of};
 use super::{Census, Geometry};
-use crate::accel::AccelerationKind;
+use crate::accel::Build;
 use crate::packet::{AnyHitPacket, Found, Packet, Run};
 
 /// A scene cannot be built.
@@ -61,16 +61,18 @@ impl Geometries {
     ///
     /// # Errors
     /// If a geometry has more primitives than there are numbers, or there is no memory.
-    pub fn build(list: Vec<Arc<dyn Geometry>>, kind: AccelerationKind) -> Result<Self, SceneError> {
+    pub fn build(list: Vec<Arc<dyn Geometry>>, build: &Build) -> Result<Self, SceneError> {
         let mut census = Census::default();
         list.iter().for_each(|geometry| census.merge(&geometry.census()));
         let mut groups = Vec::new();
         let mut places = vec![0; list.len()];
         let mut place = 0;
-        for numbers in share(&list)? {
+        let parts = share(&list)?;
+        build.progress.expect(list.iter().map(|geometry| 2 * geometry.primitives() as u64).sum());
+        for numbers in parts {
             let members: Vec<_> = numbers.iter().map(|&number| list[number].clone()).collect();
             has_memory(members.iter().map(|member| member.primitives()).sum())?;
-            let structure = members[0].structure(&members, kind);
+            let structure = members[0].structure(&members, build);
             let mut first = 0;
             let member = |&number: &usize| {
                 let count = list[number].primitives() as u32;
@@ -262,6 +264,7 @@ fn leading(values: &[u32], alike: impl Fn(u32) -> bool) -> usize {
 mod tests {
     use super::super::{Mesh, Spheres};
     use super::*;
+    use crate::accel::AccelerationKind;
     use crate::packet::set_vec3;
     use proptest::prelude::*;
 
@@ -277,7 +280,7 @@ mod tests {
     }
 
     fn build(list: Vec<Arc<dyn Geometry>>) -> Geometries {
-        Geometries::build(list, AccelerationKind::Bvh).unwrap()
+        Geometries::build(list, &AccelerationKind::Bvh.into()).unwrap()
     }
 
     /// What 20 rays down the z axis from z = 4 hit: all the same place.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{BVec3, Vec3};
 
 use super::Census;
-use crate::accel::AccelerationKind;
+use crate::accel::Build;
 use crate::packet::{EveryWidth, Surface};
 
 /// "The scene's default material", as an index of a material. So does every index that is out of range.
@@ -56,7 +56,7 @@ pub trait Geometry: Surface + Any + Debug + Send + Sync {
 
     /// Builds what finds the hits of `members`: geometries of this type, this one first. Its ids are the numbers of all their
     /// primitives, one geometry after the other.
-    fn structure(&self, members: &[Arc<dyn Geometry>], kind: AccelerationKind) -> Box<dyn Structure>;
+    fn structure(&self, members: &[Arc<dyn Geometry>], build: &Build) -> Box<dyn Structure>;
 }
 
 impl dyn Geometry {

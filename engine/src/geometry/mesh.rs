@@ -7,7 +7,7 @@ use mobula_core::leaf::TriangleBlock;
 
 use super::triangle::{barycentric, normal, normal_f64};
 use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
-use crate::accel::AccelerationKind;
+use crate::accel::Build;
 use crate::math::normalize;
 use crate::packet::{Hits, Surface, set_vec3};
 
@@ -219,8 +219,8 @@ impl Geometry for Mesh {
         self
     }
 
-    fn structure(&self, members: &[Arc<dyn Geometry>], kind: AccelerationKind) -> Box<dyn Structure> {
-        Box::new(Tree::<Self>::build(members, kind))
+    fn structure(&self, members: &[Arc<dyn Geometry>], build: &Build) -> Box<dyn Structure> {
+        Box::new(Tree::<Self>::build(members, build))
     }
 }
 

@@ -7,7 +7,7 @@ use mobula_core::kernel::sphere::RADII;
 use mobula_core::leaf::SphereBlock;
 
 use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
-use crate::accel::AccelerationKind;
+use crate::accel::Build;
 use crate::math::{normalize, normalize_or};
 use crate::packet::{Hits, Surface, set_vec3};
 
@@ -161,8 +161,8 @@ impl Geometry for Spheres {
         self
     }
 
-    fn structure(&self, members: &[Arc<dyn Geometry>], kind: AccelerationKind) -> Box<dyn Structure> {
-        Box::new(Tree::<Self>::build(members, kind))
+    fn structure(&self, members: &[Arc<dyn Geometry>], build: &Build) -> Box<dyn Structure> {
+        Box::new(Tree::<Self>::build(members, build))
     }
 }
 

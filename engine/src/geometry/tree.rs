@@ -12,8 +12,9 @@ use mobula_core::traverse::Paths;
 use mobula_core::{AnyHitPacket, RayPacket};
 
 use super::{Geometry, Structure};
-use crate::accel::{AccelerationKind, Pool};
+use crate::accel::{AccelerationKind, Build, Pool};
 use crate::packet::Intersect;
+use crate::progress::Progress;
 
 /// A kind of geometry whose primitives go into a hierarchy: they are what its leaves hold.
 pub trait InTree: Geometry {
@@ -77,19 +78,19 @@ impl<G: InTree> Tree<G> {
     ///
     /// # Panics
     /// If one of them is of another type.
-    pub fn build(members: &[Arc<dyn Geometry>], kind: AccelerationKind) -> Self {
+    pub fn build(members: &[Arc<dyn Geometry>], build: &Build) -> Self {
         let members = Members::<G>::new(members).expect("geometries of one type");
         let primitive = |id: usize| members.primitive(id).unwrap_or(<G::Leaf as Block>::NOWHERE);
-        let quality = if kind == AccelerationKind::Bvh { Quality::Good } else { Quality::Fast };
+        let quality = if build.kind == AccelerationKind::Bvh { Quality::Good } else { Quality::Fast };
         let count = members.len();
-        let bvh: Bvh<G::Leaf> = Pool::enter(|| Bvh::build(count, 0, quality, &Pool, primitive));
+        let bvh: Bvh<G::Leaf> = Pool::enter(|| Bvh::build(count, 0, quality, &Pool(&build.progress), primitive));
         let left_out = if bvh.primitives() == count {
             Vec::new()
         } else {
             (0..count).filter(|&id| members.primitive(id).is_none()).map(|id| id as u32).collect()
         };
         let counts = members.members.iter().map(|member| member.primitives()).collect();
-        Self { bvh, counts, left_out, all: kind == AccelerationKind::Brute, kind: PhantomData }
+        Self { bvh, counts, left_out, all: build.kind == AccelerationKind::Brute, kind: PhantomData }
     }
 }
 
@@ -127,6 +128,6 @@ impl<G: InTree> Structure for Tree<G> {
     fn refit(&mut self, members: &[Arc<dyn Geometry>]) {
         let members = Members::<G>::new(members).expect("geometries of one type");
         let primitive = |id: usize| members.primitive(id).unwrap_or(<G::Leaf as Block>::NOWHERE);
-        Pool::enter(|| self.bvh.refit(&Pool, primitive));
+        Pool::enter(|| self.bvh.refit(&Pool(&Progress::default()), primitive));
     }
 }

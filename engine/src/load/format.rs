@@ -6,6 +6,7 @@ use super::input::{self, Input};
 use super::loaded::Loaded;
 use super::place::Place;
 use super::{LoadError, obj};
+use crate::progress::Progress;
 
 /// A format that can be loaded.
 #[derive(Clone, Copy, Debug)]
@@ -38,18 +39,28 @@ pub(super) fn supported() -> String {
 /// # Errors
 /// If it cannot be read, is of no supported format, or is broken; the error is one line that says where and what to do.
 pub fn load(file: &Path) -> Result<Loaded, LoadError> {
-    load_at(file, None)
+    load_with(file, &Options::default())
 }
 
-/// As [`load`], but to the place of another file that is shown with it.
+/// How a file is loaded.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The place of another file that is shown with it; `None`: where it finds best.
+    pub place: Option<Place>,
+    /// Where the bytes are counted that have been read.
+    pub progress: Progress,
+}
+
+/// As [`load`], with options.
 ///
 /// # Errors
 /// Those of [`load`].
-pub fn load_at(file: &Path, place: Option<Place>) -> Result<Loaded, LoadError> {
+pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
+    let place = options.place;
     let name = file.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
     let named = |format: &&Format| format.extensions.iter().any(|end| stem.ends_with(end));
-    let mut input = input::open(file)?;
+    let mut input = input::open(file, &options.progress)?;
     if let Some(format) = FORMATS.iter().find(named) {
         return (format.load)(file, input, place);
     }

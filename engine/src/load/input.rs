@@ -10,6 +10,7 @@ use std::rc::Rc;
 use flate2::bufread::GzDecoder;
 
 use super::LoadError;
+use crate::progress::Progress;
 
 /// A gzip file may unpack to this much whatever its size...
 const UNPACKED_BASE: u64 = 1 << 20;
@@ -42,16 +43,19 @@ impl Input {
     }
 }
 
-/// Opens `file`, looking at its first bytes to see whether it is gzip. `-` is the standard input.
-pub(super) fn open(file: &Path) -> Result<Input, LoadError> {
+/// Opens `file`, looking at its first bytes to see whether it is gzip. `-` is the standard input. What is read of a file counts
+/// as progress.
+pub(super) fn open(file: &Path, progress: &Progress) -> Result<Input, LoadError> {
     let handle: Box<dyn Read> = if file == Path::new("-") {
         Box::new(io::stdin())
     } else {
         let handle = File::open(file).map_err(|e| unreadable(file, &e))?;
-        if handle.metadata().map_err(|e| unreadable(file, &e))?.is_dir() {
+        let metadata = handle.metadata().map_err(|e| unreadable(file, &e))?;
+        if metadata.is_dir() {
             return Err(LoadError::new(file, "is a directory", "name a file in it"));
         }
-        Box::new(handle)
+        progress.expect(metadata.len());
+        Box::new(Watched { input: handle, progress: progress.clone() })
     };
     let trailing = Rc::new(Cell::new(false));
     let mut reader = ahead(handle);
@@ -155,6 +159,20 @@ impl<R: BufRead> Read for Members<R> {
             }
         }
         Ok(0)
+    }
+}
+
+/// Counts the bytes that are read as progress.
+struct Watched<R> {
+    input: R,
+    progress: Progress,
+}
+
+impl<R: Read> Read for Watched<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.input.read(buffer)?;
+        self.progress.advance(count as u64);
+        Ok(count)
     }
 }
 

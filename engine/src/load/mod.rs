@@ -28,7 +28,7 @@ mod polygon;
 mod text;
 
 pub use error::LoadError;
-pub use format::{FORMATS, Format, load, load_at};
+pub use format::{FORMATS, Format, Options, load, load_with};
 pub use loaded::{Loaded, Report};
 pub use place::Place;
 pub use text::printable;

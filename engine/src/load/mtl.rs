@@ -13,6 +13,7 @@ use super::mtl_check::MtlCheck;
 use super::text::quoted;
 use super::{LoadError, input};
 use crate::material::{Flat, Lambertian, Material, NamedMaterial, Phong};
+use crate::progress::Progress;
 
 /// Names beyond this many are not looked for: one statement may hold a great many.
 const MOST_NAMES: usize = 1024;
@@ -72,7 +73,7 @@ impl Library {
 
     /// Loads the materials of an MTL file. A name that is there already keeps its first meaning.
     fn add(&mut self, file: &Path) -> Result<(), LoadError> {
-        let mut input = input::open(file)?;
+        let mut input = input::open(file, &Progress::default())?;
         let mut lines = CheckedLines::new(&mut input.reader, MtlCheck::default());
         let parsed = tobj::load_mtl_buf(&mut lines);
         let (check, stop, line) = (lines.check, lines.stop, lines.lines.number);

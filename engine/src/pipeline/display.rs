@@ -45,6 +45,16 @@ pub trait Display<B = FrameBuffer>: Send {
     fn show(&mut self, picture: &Picture<'_, B>) -> Result<Shown, Box<dyn Error + Send + Sync>>;
 }
 
+impl<B, D: Display<B> + ?Sized> Display<B> for Box<D> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+
+    fn show(&mut self, picture: &Picture<'_, B>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
+        (**self).show(picture)
+    }
+}
+
 /// A display, until it detaches.
 type Slot<B> = Arc<Mutex<Option<Box<dyn Display<B>>>>>;
 

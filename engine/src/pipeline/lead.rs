@@ -74,6 +74,8 @@ pub(super) struct Leader<S> {
     pub(super) frames_left: u64,
     /// A stage asked for another frame.
     pub(super) more: bool,
+    /// The run does not end while a stage asks for another frame.
+    pub(super) refine: bool,
     /// The present turn renders a new frame.
     pub(super) rendering: bool,
     /// Time of earlier runs.
@@ -98,6 +100,7 @@ impl<S> Leader<S> {
             next_member: 1,
             frames_left: 0,
             more: false,
+            refine: false,
             rendering: false,
             earlier: Duration::ZERO,
             run_start: now,
@@ -110,13 +113,13 @@ impl<S> Leader<S> {
     }
 
     /// Makes ready for a run of so many frames.
-    pub(super) fn begin_run(&mut self, frames: u64) {
+    pub(super) fn begin_run(&mut self, frames: u64, refine: bool) {
         let now = Instant::now();
         (self.run_start, self.turn_start) = (now, now);
         (self.serial, self.slept) = (Duration::ZERO, Duration::ZERO);
         (self.more, self.rendering, self.transactions) = (false, false, 0);
         self.watch = Stopwatch::default();
-        self.frames_left = frames;
+        (self.frames_left, self.refine) = (frames, refine);
         self.requests.stop = false;
         self.next_member = FIRST.number + 1;
         self.requests.threads = Some(self.threads);
@@ -214,7 +217,7 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
             if self.halted() {
                 return Ok(Phase::Over);
             }
-            if leader.requests.stop || leader.frames_left == 0 {
+            if leader.requests.stop || (leader.frames_left == 0 && !(leader.refine && leader.more)) {
                 return Ok(drain(shared));
             }
             let (callbacks, mut point) = leader.point(shared);

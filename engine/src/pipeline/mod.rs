@@ -186,10 +186,20 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
     /// queued and later transactions are refused ([`TransactionError::Stopped`]) until the next run begins. A fault ends
     /// the pipeline for good: every later run returns the same fault at once; the state can still be taken out.
     pub fn run(&mut self, frames: u64) -> Result<Report, Fault> {
+        self.run_on(frames, false)
+    }
+
+    /// As [`run`](Self::run), and goes on until no stage asks for another frame ([`Frame::request_frame`]): pictures that are
+    /// refined from frame to frame are finished.
+    pub fn run_refined(&mut self, frames: u64) -> Result<Report, Fault> {
+        self.run_on(frames, true)
+    }
+
+    fn run_on(&mut self, frames: u64, refine: bool) -> Result<Report, Fault> {
         if let Some(fault) = &self.fault {
             return Err(fault.clone());
         }
-        self.begin_run(frames);
+        self.begin_run(frames, refine);
         let stages = self.parts().0.stages.iter();
         let stages = stages.map(|stage| StageReport::new(stage.name(), stage.balance())).collect();
         let report = Report { stages, ..Report::default() };
@@ -203,12 +213,12 @@ impl<S: Send + Sync + 'static, B: StageBuffer> Pipeline<S, B> {
         self.run(u64::MAX)
     }
 
-    fn begin_run(&mut self, frames: u64) {
+    fn begin_run(&mut self, frames: u64, refine: bool) {
         let pin = self.config.pin;
         self.inbox.home.begin();
         self.inbox.open();
         let (shared, leader) = self.parts();
-        leader.begin_run(frames);
+        leader.begin_run(frames, refine);
         shared.pinning = pin && threads::may_pin(leader.threads);
         shared.phase = Phase::Setup;
         shared.members = vec![FIRST];

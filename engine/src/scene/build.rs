@@ -18,7 +18,7 @@ use crate::view::Up;
 /// # Errors
 /// If a geometry has more primitives than there are numbers.
 pub fn build(description: &SceneDescription, kind: AccelerationKind) -> Result<Scene, SceneError> {
-    Ok(with_geometry(description, Geometries::build(description.geometry.clone(), kind)?))
+    Ok(with_geometry(description, Geometries::build(description.geometry.clone(), &kind.into())?))
 }
 
 /// As [`build`], with the geometry of the same description.

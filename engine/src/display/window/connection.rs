@@ -16,6 +16,15 @@ pub struct Connection {
     events: EventLoop<News>,
 }
 
+/// What the window says of what it shows.
+#[derive(Clone, Debug)]
+pub struct Titles {
+    /// The scene's name.
+    pub name: String,
+    /// What names the scene on the command line of `mobula render`, as a shell takes it.
+    pub scene: String,
+}
+
 /// Is there a display to open a window on? A guess from the environment.
 pub fn has_display() -> bool {
     let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
@@ -40,19 +49,18 @@ impl Connection {
     }
 
     /// Shows the first channel of a pipeline, made with these settings, until the window is closed or the run ends.
-    /// `name` is the scene's.
     ///
     /// The pipeline should render on demand. It gets a display stage and a callback.
     ///
     /// # Errors
     /// If the window cannot be opened, or a component fails.
-    pub fn show(self, mut pipeline: Pipeline<State>, settings: &Settings, name: &str) -> Result<(), WindowError> {
+    pub fn show(self, mut pipeline: Pipeline<State>, settings: &Settings, titles: &Titles) -> Result<(), WindowError> {
         let proxy = self.events.create_proxy();
         let screen = Screen::new(proxy.clone());
         pipeline.add_stage(DisplayStage::new().with(0, screen.display()));
         let rays = screen.ray_counter();
         pipeline.callbacks().serial_pre_render("window statistics", move |point| rays.note(&point.state.rays()));
-        let mut viewer = Viewer::new(name, screen, settings, &mut pipeline);
+        let mut viewer = Viewer::new(titles, screen, settings, &mut pipeline);
 
         thread::scope(|scope| {
             let handle = pipeline.handle();

@@ -37,7 +37,7 @@ pub(super) struct Screenshot {
     /// Of the first picture from this frame on.
     pub(super) frame: u64,
     pub(super) file: PathBuf,
-    /// The options with which `mobula render` makes the same picture.
+    /// The scene and the options with which `mobula render` makes the same picture.
     pub(super) options: String,
 }
 

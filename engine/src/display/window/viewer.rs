@@ -14,6 +14,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, OwnedDisplayHandle};
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
+use super::connection::Titles;
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
 use super::news::{News, WindowError, without_place};
@@ -31,7 +32,7 @@ const TITLE_INTERVAL: Duration = Duration::from_millis(200);
 
 /// The window and what it knows. The state itself is changed by transactions only.
 pub(super) struct Viewer {
-    name: String,
+    titles: Titles,
     engine: String,
     screen: Screen,
     handle: Handle<State>,
@@ -60,7 +61,7 @@ struct Open {
 }
 
 impl Viewer {
-    pub(super) fn new(name: &str, screen: Screen, settings: &Settings, pipeline: &mut Pipeline<State>) -> Self {
+    pub(super) fn new(titles: &Titles, screen: Screen, settings: &Settings, pipeline: &mut Pipeline<State>) -> Self {
         let handle = pipeline.handle();
         let (size, threads) = (settings.size, settings.threads);
         let state = pipeline.state();
@@ -71,7 +72,7 @@ impl Viewer {
             several => several,
         };
         Self {
-            name: name.to_owned(),
+            titles: titles.clone(),
             engine,
             screen,
             handle,
@@ -182,12 +183,14 @@ impl Viewer {
         });
     }
 
-    /// The options with which `mobula render` makes the picture that was asked for last.
+    /// The scene and the options with which `mobula render` makes the picture that was asked for last.
     fn options(&self) -> String {
         let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows } = self.chosen;
         let shadows = if shadows { "" } else { " --no-shadows" };
+        let scene = &self.titles.scene;
+        let gap = if scene.is_empty() { "" } else { " " };
         format!(
-            "--size {} --eye {},{},{} --at {},{},{} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}",
+            "{scene}{gap}--size {} --eye {},{},{} --at {},{},{} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}",
             self.size, eye.x, eye.y, eye.z, at.x, at.y, at.z
         )
     }
@@ -255,7 +258,7 @@ impl Viewer {
         let shadows = if shadows { "shadows" } else { "no shadows" };
         window.set_title(&format!(
             "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows} | h: help",
-            self.name,
+            self.titles.name,
             self.size,
             1.0 / seconds,
             self.engine,
