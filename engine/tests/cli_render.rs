@@ -39,8 +39,8 @@ fn a_mesh_becomes_a_picture_and_one_json_object() {
     assert_eq!(json["threads"], 2);
     assert_eq!(json["size"], serde_json::json!([90, 60]));
     assert_eq!(json["frames"], 3);
-    // Files are antialiased: nine samples a pixel.
-    assert_eq!(json["rays"]["primary"], 3 * 90 * 60 * 9);
+    // Files are antialiased: sixteen samples a pixel.
+    assert_eq!(json["rays"]["primary"], 3 * 90 * 60 * 16);
     assert!(json["rays"]["shadow"].as_u64().unwrap() > 0);
     assert_eq!(json["output"], "out.png");
     assert_eq!((&json["geometries"], &json["media"], &json["camera"]), (&1.into(), &0.into(), &"pinhole".into()));

@@ -20,7 +20,7 @@ fn channel_0_is_the_plain_picture_and_the_others_differ() {
     render(&folder, &["-o", "plain.png"]);
     let json = render(&folder, &["-o", "c.png", "--channels", "3", "--frames", "2"]);
     assert_eq!(json["outputs"], serde_json::json!(["c-0.png", "c-1.png", "c-2.png"]));
-    assert_eq!(json["rays"]["primary"], 3 * 2 * 60 * 40 * 9);
+    assert_eq!(json["rays"]["primary"], 3 * 2 * 60 * 40 * 16);
     assert_eq!(folder.files(), ["c-0.png", "c-1.png", "c-2.png", "plain.png", "pyramid.obj"]);
     let [plain, zero, one, two] =
         ["plain.png", "c-0.png", "c-1.png", "c-2.png"].map(|name| picture(&folder.0.join(name)));

@@ -101,11 +101,11 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) renderer: RendererKind,
 
-    /// Samples per pixel, a square number up to 1024
+    /// Samples per pixel, a square number up to 1024 [default: 16 for files, else 1]
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
     pub(crate) samples: Option<SamplerKind>,
 
-    /// Pixel sampler: single, or jittered:K for K x K samples per pixel [default: jittered:3 for files, else single]
+    /// Pixel sampler: single, or jittered:K for K x K samples per pixel [default: jittered:4 for files, else single]
     #[arg(long, value_name = "NAME")]
     pub(crate) sampler: Option<SamplerKind>,
 

@@ -17,7 +17,7 @@ use super::scene::grouped;
 use super::{Prepared, prepare, print, say, signals, tell, viewpoints};
 
 /// How files are sampled unless somebody says how.
-const STILL: SamplerKind = SamplerKind::Jittered { side: 3 };
+const STILL: SamplerKind = SamplerKind::Jittered { side: 4 };
 
 pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let Prepared { mut pipeline, settings, .. } = prepare(&options.scene, false, STILL)?;
