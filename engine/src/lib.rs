@@ -49,6 +49,7 @@
 //! | [`balance`] | load balancers: who gets which part of a frame's work |
 //! | [`image`] | frame buffers |
 //! | [`output`] | files that are whole or not there |
+//! | [`volume`] | scalar values on regular grids |
 //! | [`color`] | from linear colours to bytes |
 //! | [`progress`] | how far long work has come |
 //! | [`view`] | where a camera stands and looks |
@@ -88,3 +89,4 @@ pub mod shading;
 pub mod stack;
 pub mod traverse;
 pub mod view;
+pub mod volume;

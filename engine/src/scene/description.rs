@@ -11,6 +11,7 @@ use crate::light::{AmbientLight, Hemisphere, Light};
 use crate::material::{Material, NamedMaterial};
 use crate::medium::Medium;
 use crate::view::{Up, View};
+use crate::volume::Volume;
 
 /// Everything that a picture needs, but the image size.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct SceneDescription {
     pub name: String,
     /// What is seen.
     pub geometry: Vec<Arc<dyn Geometry>>,
+    /// Volumes, of which iso-surfaces and media are made.
+    pub volumes: Vec<Volume>,
     /// What the geometries' material indices refer to.
     pub materials: Vec<NamedMaterial>,
     /// Where light comes from; none gives the default lights, placed around the geometry.
@@ -41,6 +44,7 @@ impl Default for SceneDescription {
         Self {
             name: String::new(),
             geometry: Vec::new(),
+            volumes: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
             ambient: Arc::new(Hemisphere::default()),
@@ -74,6 +78,7 @@ impl SceneDescription {
     pub fn merge(&mut self, mut other: SceneDescription) {
         let shift = self.materials.len() as u32;
         self.geometry.extend(other.geometry.into_iter().map(|geometry| geometry.shift_materials(shift)));
+        self.volumes.append(&mut other.volumes);
         self.materials.append(&mut other.materials);
         self.lights.append(&mut other.lights);
         self.medium = self.medium.take().or(other.medium);
