@@ -111,6 +111,7 @@ impl Grid {
     }
 
     /// The least and the greatest value that is a number; `None` if none is.
+    #[expect(clippy::useless_conversion, reason = "useless for one of the types")]
     pub fn range(&self) -> Option<[f64; 2]> {
         let [low, high] = with_voxels!(&self.voxels, |voxels| {
             voxels.iter().map(|&voxel| f64::from(voxel)).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
