@@ -71,6 +71,7 @@
 //! | [`query`] | meshes in, rays in, hits out: no packet to be seen |
 //! | [`oracle`] | what is true: naive `f64` tests with a margin, which tests hold everything else against |
 //! | [`traverse`] | how packets, streams and single rays find what they hit |
+//! | [`volume`] | grids of samples, and the surfaces of equal value in them |
 //! | [`bvh`] | the tree of eight children a node, and its builders |
 //! | [`leaf`] | what is in a leaf: blocks of triangles or spheres, and your own kind |
 //! | [`sink`] | what becomes of hits: the nearest, any, or a part of the light |
@@ -101,6 +102,7 @@ pub mod rays;
 pub mod sink;
 pub mod traverse;
 pub mod vector;
+pub mod volume;
 
 pub use any_hit::AnyHitPacket;
 pub use bvh::Bvh;

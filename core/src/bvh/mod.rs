@@ -11,6 +11,7 @@
 //! | `centroids.rs` | what both split: where the middles of primitives are |
 //! | `wide.rs` | eight children a node, from ranges that know how to split |
 //! | `refit.rs` | blocks, then bounds from the leaves up: the end of a build, and all of a refit |
+//! | `tree.rs` | what walks need of it |
 //! | `memory.rs` | memory in large pages |
 //! | `join.rs` | threads that somebody else has; the tree is the same bytes without them |
 
@@ -24,6 +25,7 @@ pub mod node;
 mod reference;
 mod refit;
 mod sah;
+mod tree;
 mod wide;
 
 use alloc::vec::Vec;
@@ -31,6 +33,7 @@ use alloc::vec::Vec;
 pub use build::Quality;
 pub use join::{Join, Serial};
 pub use node::{Child, Node};
+pub use tree::Tree;
 pub(crate) use wide::STACK;
 
 use crate::kernel::margin::Frame;

@@ -8,39 +8,42 @@
 //! halvings either Newton's steps square the error, or the field is so flat there that the root is not known to 2^-12 of
 //! the cell anyway.
 //!
-//! - NaN: a NaN in the ray or the cell is missed.
+//! **Watertight.** Cells of a grid are units with whole numbers for corners, so that neighbours agree on the numbers of the face
+//! between them, bit for bit:
+//!
+//! - A ray meets the plane at k at `(k - origin) / direction`, whichever cell asks. It leaves a cell where it first leaves one of
+//!   its slabs, and enters the neighbour there.
+//! - The value at a face is interpolated along x, then y, then z, by `a (1 - f) + b f`, which is a or b where f is 0 or 1. So
+//!   of a face's value no more is asked than the four corners that both cells have. A fraction is 0 or 1 where the ray meets
+//!   that plane too, at an edge or a vertex: all cells around it have the value of the edge or the vertex.
+//! - Values are less the iso value before they are weighed, and weights are not negative: if all corners of a face are on one
+//!   side, so is the value, by its sign bit, whatever is rounded. So cells all of whose corners are on one side need not be asked.
+//!
+//! A ray that is on one side where it enters a row of cells and on the other where it leaves thus changes sides in one of them, and
+//! is not lost.
+//!
+//! - NaN: a NaN in the ray is missed; a cell with a corner that is not finite too.
 //! - Zero direction: missed, as an empty interval or a constant field.
 //! - Degenerate: a cell that is constant is missed, one that is zero throughout too.
-//! - Grazing: a field that touches zero without changing sign may be missed or hit. A zero counts as positive, so of two
-//!   cells with a common face, one has the crossing on it, as long as both work out the same values there; they do up to
-//!   the rounding of the entry point.
+//! - Grazing: a field that touches zero without changing sign may be missed or hit. Zero counts as positive.
 
-use mobula_simd::{F32Lanes, MaskLanes, Token};
-
-use super::aabb::aabb;
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 /// Halvings before Newton's steps.
 const HALVINGS: usize = 12;
 /// Newton's steps.
 const STEPS: usize = 2;
 
-/// Coefficients of 1, x, y, z, xy, yz, zx, xyz of the field in a unit cell, less the iso value. `values[i]` is that of the
-/// corner whose x, y, z are bits 0, 1, 2 of `i`.
-pub fn coefficients(values: &[f32; 8], iso: f32) -> [f32; 8] {
-    let [v0, vx, vy, vxy, vz, vzx, vyz, vxyz] = *values;
-    let (x, y, z) = (vx - v0, vy - v0, vz - v0);
-    let (xy, yz, zx) = ((vxy - vy) - x, (vyz - vz) - y, (vzx - vz) - x);
-    [v0 - iso, x, y, z, xy, yz, zx, (vxyz - vyz) - (vzx - vz) - xy]
-}
-
-/// Tests the cell in the lanes `active`. `origin`, `direction` and its reciprocal are in units of the cell, whose low
-/// corner is at 0. Returns which lanes hit within `(t_min, t_max]`, and where first.
+/// Tests a cell a lane in the lanes `active`: the unit cell with the low corner `low`, in units of which the ray is. `corners[i]`
+/// is the value, less the iso value, at the corner whose x, y, z are bits 0, 1, 2 of `i`; none is minus zero. Returns which lanes
+/// hit within `(t_min, t_max]`, and where first.
 #[expect(clippy::too_many_arguments, reason = "a ray and a cell")]
 #[inline(always)]
 pub fn iso_cell<T: Token>(
     token: T,
     active: T::Mask,
-    field: &[T::F32; 8],
+    corners: &[T::F32; 8],
+    low: [T::F32; 3],
     origin: [T::F32; 3],
     direction: [T::F32; 3],
     inverse: [T::F32; 3],
@@ -48,22 +51,45 @@ pub fn iso_cell<T: Token>(
     t_max: T::F32,
 ) -> (T::Mask, T::F32) {
     let (zero, one, half) = (token.splat(0.0), token.splat(1.0), token.splat(0.5));
-    let to_low = [-origin[0], -origin[1], -origin[2]];
-    let to_high = [one - origin[0], one - origin[1], one - origin[2]];
-    let (inside, near) = aabb(token, to_low, to_high, inverse, t_min, t_max);
-    let inside = active & inside;
+    let mut planes = [[zero; 2]; 3];
+    let (mut near, mut far) = (t_min, token.splat(f32::INFINITY));
+    for axis in 0..3 {
+        let [a, b] = [low[axis], low[axis] + one].map(|plane| (plane - origin[axis]) * inverse[axis]);
+        planes[axis] = [a, b];
+        near = a.min(b).max(near);
+        far = a.max(b).min(far);
+    }
+    let inside = active & near.le(far) & near.le(t_max);
     if !inside.any() {
         return (inside, zero);
     }
-    // Where it leaves: as `aabb` finds it.
-    let mut far = t_max;
-    for axis in 0..3 {
-        far = (to_low[axis] * inverse[axis]).max(to_high[axis] * inverse[axis]).min(far);
-    }
+    let fractions = |t: T::F32| {
+        let mut fractions = [zero; 3];
+        for axis in 0..3 {
+            let at = direction[axis].mul_add(t, origin[axis] - low[axis]).max(zero).min(one);
+            let [a, b] = planes[axis];
+            fractions[axis] = one.select(t.eq(b), zero.select(t.eq(a), at));
+        }
+        fractions
+    };
+    let entry = fractions(near);
+    let is_negative = |value: T::F32| I32Lanes::lt(value.to_bits(), token.splat_i32(0));
+    let ends = [is_negative(weighed(one, corners, entry)), is_negative(weighed(one, corners, fractions(far)))];
     let length = far - near;
-    let cubic = along(field, origin, direction, near, length);
+    let cubic = along(&coefficients(corners), entry, direction, length);
+    // Between the ends the cubic is within the hull of its Bernstein coefficients.
+    let third = token.splat(1.0 / 3.0);
+    let hull = [cubic[1].mul_add(third, cubic[0]), (cubic[1] + cubic[1] + cubic[2]).mul_add(third, cubic[0])];
+    let mut undecided = ends[0] ^ ends[1];
+    for value in hull {
+        undecided = undecided | (value.lt(zero) ^ ends[0]);
+    }
+    let inside = inside & undecided;
+    if !inside.any() {
+        return (inside, zero);
+    }
     // The monotone pieces: 0, low, high, 1. What is not a root, or not between, becomes an end.
-    let [d, c, b, a] = cubic;
+    let [_, c, b, a] = cubic;
     let three_a = a * token.splat(3.0);
     let root = b.mul_sub(b, three_a * c).sqrt();
     let sum = -(b + (-root).select(b.lt(zero), root));
@@ -71,8 +97,7 @@ pub fn iso_cell<T: Token>(
     let first = first.max(zero).min(one);
     let second = second.max(zero).min(one);
     let (low, high) = (first.min(second), first.max(second));
-    // A value that is zero counts as positive; NaN does too, so that nothing changes sign.
-    let negative = [d.lt(zero), at(cubic, low).lt(zero), at(cubic, high).lt(zero), at(cubic, one).lt(zero)];
+    let negative = [ends[0], at(cubic, low).lt(zero), at(cubic, high).lt(zero), ends[1]];
     let mut crossed = [
         inside & (negative[0] ^ negative[1]),
         inside & (negative[1] ^ negative[2]),
@@ -98,13 +123,28 @@ pub fn iso_cell<T: Token>(
     (hit, t)
 }
 
-/// Coefficients, from the constant up, of the field along the ray from `near` on, over `length`.
+/// The value between the corners, weighed along x, then y, then z.
 #[inline(always)]
-fn along<F: F32Lanes>(field: &[F; 8], origin: [F; 3], direction: [F; 3], near: F, length: F) -> [F; 4] {
+fn weighed<F: F32Lanes>(one: F, corners: &[F; 8], at: [F; 3]) -> F {
+    let rest = [one - at[0], one - at[1], one - at[2]];
+    let mix = |a: F, b: F, axis: usize| b.mul_add(at[axis], a * rest[axis]);
+    let rows = [0, 2, 4, 6].map(|i| mix(corners[i], corners[i + 1], 0));
+    mix(mix(rows[0], rows[1], 1), mix(rows[2], rows[3], 1), 2)
+}
+
+/// Coefficients of 1, x, y, z, xy, yz, zx, xyz of the field in a unit cell.
+#[inline(always)]
+fn coefficients<F: F32Lanes>(corners: &[F; 8]) -> [F; 8] {
+    let [v0, vx, vy, vxy, vz, vzx, vyz, vxyz] = *corners;
+    let (x, y, z) = (vx - v0, vy - v0, vz - v0);
+    let (xy, yz, zx) = ((vxy - vy) - x, (vyz - vz) - y, (vzx - vz) - x);
+    [v0, x, y, z, xy, yz, zx, (vxyz - vyz) - (vzx - vz) - xy]
+}
+
+/// Coefficients, from the constant up, of the field along the ray from a point of the cell on, over `length`.
+#[inline(always)]
+fn along<F: F32Lanes>(field: &[F; 8], [x, y, z]: [F; 3], direction: [F; 3], length: F) -> [F; 4] {
     let [k, kx, ky, kz, kxy, kyz, kzx, kxyz] = *field;
-    let x = direction[0].mul_add(near, origin[0]);
-    let y = direction[1].mul_add(near, origin[1]);
-    let z = direction[2].mul_add(near, origin[2]);
     let [dx, dy, dz] = [direction[0] * length, direction[1] * length, direction[2] * length];
     let (xy, yz, zx) = (kxyz.mul_add(z, kxy), kxyz.mul_add(x, kyz), kxyz.mul_add(y, kzx));
     // The gradient; its first part needs no y twice.

@@ -15,3 +15,4 @@ mod trace;
 pub use paths::Paths;
 #[cfg(all(feature = "lab", not(test)))]
 pub(crate) use trace::run;
+pub use trace::{intersect, intersect_all, occlude};

@@ -18,7 +18,7 @@ use super::roots::Roots;
 use super::single::TraceSingle;
 use super::stack::{Entry, Met};
 use super::stream::TraceStream;
-use crate::bvh::{Child, Node, STACK, WideBvh};
+use crate::bvh::{Child, Node, STACK, Tree};
 use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
 use crate::kernel::frusta::{Frusta, NodeDistances};
 use crate::kernel::group_bounds::{GroupBounds, MIXED};
@@ -38,9 +38,9 @@ const SINGLE_RAYS: u32 = 3;
 const STREAM: usize = 64;
 
 #[inline(always)]
-pub(super) fn traverse<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
+pub(super) fn traverse<T: Token, const N: usize, B: Tree, S: Sink<N>>(
     token: T,
-    bvh: &WideBvh<L>,
+    tree: &B,
     rays: &mut Rays<N>,
     sink: &mut S,
     roots: Roots,
@@ -55,17 +55,17 @@ pub(super) fn traverse<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
     let others = if N < FEW || range.len() < FEW {
         u32::MAX
     } else if rays.properties().contains(Properties::COMMON_ORIGIN) {
-        together::<T, N, L, S, true>(token, bvh, rays, sink, roots, &mut stack, &mut paths.common_origin)
+        together::<T, N, B, S, true>(token, tree, rays, sink, roots, &mut stack, &mut paths.common_origin)
     } else {
-        together::<T, N, L, S, false>(token, bvh, rays, sink, roots, &mut stack, &mut paths.general)
+        together::<T, N, B, S, false>(token, tree, rays, sink, roots, &mut stack, &mut paths.general)
     };
     if others != 0 {
         rays.inverse_directions(token);
         // Few rays are not copied into, and tested in, lanes for many.
         paths.single = if N <= 16 || range.end <= 16 {
-            streams::<T, N, 16, L, S>(token, bvh, rays, sink, others, roots, &mut stack)
+            streams::<T, N, 16, B, S>(token, tree, rays, sink, others, roots, &mut stack)
         } else {
-            streams::<T, N, STREAM, L, S>(token, bvh, rays, sink, others, roots, &mut stack)
+            streams::<T, N, STREAM, B, S>(token, tree, rays, sink, others, roots, &mut stack)
         };
     }
     paths
@@ -73,9 +73,9 @@ pub(super) fn traverse<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
 
 /// Traces the rays of some groups as streams of `W`, which are copied out of the packet; says how many rays that are.
 #[inline(always)]
-fn streams<T: Token, const N: usize, const W: usize, L: Leaf, S: Sink<N>>(
+fn streams<T: Token, const N: usize, const W: usize, B: Tree, S: Sink<N>>(
     token: T,
-    bvh: &WideBvh<L>,
+    tree: &B,
     rays: &mut Rays<N>,
     sink: &mut S,
     groups: u32,
@@ -98,7 +98,7 @@ fn streams<T: Token, const N: usize, const W: usize, L: Leaf, S: Sink<N>>(
             traced += u64::from(active.count_ones());
             rays.section(at, &mut copies);
             let mut section = sink.section::<W>(at);
-            token.run(TraceStream { bvh, rays: &mut copies, sink: &mut section, active, roots, stack });
+            token.run(TraceStream { tree, rays: &mut copies, sink: &mut section, active, roots, stack });
             let mut ids = [0; W];
             if !S::ANY {
                 for (i, id) in ids.iter_mut().enumerate() {
@@ -121,9 +121,9 @@ fn streams<T: Token, const N: usize, const W: usize, L: Leaf, S: Sink<N>>(
 
 /// Traces the groups that have something in common; returns the others.
 #[inline(always)]
-fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: bool>(
+fn together<T: Token, const N: usize, B: Tree, S: Sink<N>, const COMMON_ORIGIN: bool>(
     token: T,
-    bvh: &WideBvh<L>,
+    tree: &B,
     rays: &mut Rays<N>,
     sink: &mut S,
     roots: Roots,
@@ -132,7 +132,7 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
 ) -> u32 {
     let size = group_size(N);
     let range = rays.range();
-    let bounds = GroupBounds::new::<T, N, COMMON_ORIGIN>(token, rays, &bvh.frame);
+    let bounds = GroupBounds::new::<T, N, COMMON_ORIGIN>(token, rays, tree.frame());
     let (mut left, mut others) = (0u32, 0u32);
     for group in range.start / size..range.end.div_ceil(size) {
         if bounds.class(group) == MIXED {
@@ -151,12 +151,12 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
         let mut origins = [Column::splat(0.0); 3];
         if diverged != 0 {
             rays.inverse_directions(token);
-            origins = bvh.frame.columns(token, rays);
+            origins = tree.frame().columns(token, rays);
         }
         let signs = if diverged == 0 { ANY_SIGNS } else { rays.octant().unwrap_or(ANY_SIGNS) };
         let mut walk =
-            PacketWalk { bvh, rays, origins: &origins, sink, frusta, diverged, signs, lanes: [0; WORDS], stale: 0 };
-        for child in roots {
+            PacketWalk { tree, rays, origins: &origins, sink, frusta, diverged, signs, lanes: [0; WORDS], stale: 0 };
+        for child in roots.of(tree) {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, rays: groups.into() };
             walk.down::<T, COMMON_ORIGIN>(token, stack);
         }
@@ -164,8 +164,8 @@ fn together<T: Token, const N: usize, L: Leaf, S: Sink<N>, const COMMON_ORIGIN: 
     others
 }
 
-struct PacketWalk<'a, const N: usize, L, S> {
-    bvh: &'a WideBvh<L>,
+struct PacketWalk<'a, const N: usize, B, S> {
+    tree: &'a B,
     rays: &'a mut Rays<N>,
     /// Where rays start in the tree's frame, if any are tested one by one.
     origins: &'a Columns3<N>,
@@ -181,11 +181,12 @@ struct PacketWalk<'a, const N: usize, L, S> {
     lanes: [u64; WORDS],
 }
 
-impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
+impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
     /// Walks down from `stack[0]`.
     #[inline(always)]
     fn down<T: Token, const COMMON_ORIGIN: bool>(&mut self, token: T, stack: &mut [Entry; STACK]) {
         let mut top = 1;
+        let mut room = Node::EMPTY;
         while top > 0 {
             top -= 1;
             let mut entry = stack[top];
@@ -200,10 +201,10 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
             }
             // Down to a leaf by the nearest child each time; the others wait.
             while !entry.child.is_leaf() {
-                let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
+                let Some(node) = self.tree.node(entry.child.index(), &mut room) else { return };
                 entry = self.nearest::<T, COMMON_ORIGIN>(token, node, entry.rays as u32, stack, &mut top);
             }
-            self.stale |= self.bvh.leaves.packet::<T, N, COMMON_ORIGIN, S>(
+            self.stale |= self.tree.leaves().packet::<T, N, COMMON_ORIGIN, S>(
                 token,
                 entry.child.leaf_range(),
                 &self.frusta,
@@ -258,7 +259,7 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
                     continue;
                 }
             }
-            self.bvh.prefetch(child);
+            self.tree.prefetch(child);
             // The order of any hits is the node's.
             children.add(Entry { child, near: distances.near[slot], rays: groups.into() }, !S::ANY);
         }
@@ -276,12 +277,12 @@ impl<const N: usize, L: Leaf, S: Sink<N>> PacketWalk<'_, N, L, S> {
                 let i = 64 * word + lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
                 let ray = OneRay::of(self.rays, i, padded_origin(self.rays, [x[i], y[i], z[i]], i));
-                let (bvh, hit, base) = (self.bvh, self.sink.single(self.rays, i), above.top);
+                let (tree, hit, base) = (self.tree, self.sink.single(self.rays, i), above.top);
                 let stack = &mut *above.stack;
                 let found = if S::ANY {
-                    token.run(TraceSingle::<_, true> { bvh, ray, hit, child, stack, base })
+                    token.run(TraceSingle::<_, true> { tree, ray, hit, child, stack, base })
                 } else {
-                    token.run(TraceSingle::<_, false> { bvh, ray, hit, child, stack, base })
+                    token.run(TraceSingle::<_, false> { tree, ray, hit, child, stack, base })
                 };
                 self.sink.set(self.rays, i, found);
             }

@@ -4,15 +4,15 @@ use mobula_simd::{Task, Token};
 
 use super::stack::{Entry, Met};
 use crate::Rays;
-use crate::bvh::{Child, Node, STACK, WideBvh};
+use crate::bvh::{Child, Node, STACK, Tree};
 use crate::kernel::single::{OneRay, SingleRay};
 use crate::kernel::stream::Stream;
 use crate::leaf::Leaf;
 use crate::sink::{Found, SingleHit};
 
 /// Traces a ray through a subtree: a task, so that walks of all packet widths share one copy of it. The stack is the caller's.
-pub(super) struct TraceSingle<'a, L, const ANY: bool> {
-    pub(super) bvh: &'a WideBvh<L>,
+pub(super) struct TraceSingle<'a, B, const ANY: bool> {
+    pub(super) tree: &'a B,
     pub(super) ray: OneRay,
     pub(super) hit: SingleHit<'a>,
     pub(super) child: Child,
@@ -21,20 +21,20 @@ pub(super) struct TraceSingle<'a, L, const ANY: bool> {
     pub(super) base: usize,
 }
 
-impl<L: Leaf, const ANY: bool> Task for TraceSingle<'_, L, ANY> {
+impl<B: Tree, const ANY: bool> Task for TraceSingle<'_, B, ANY> {
     type Output = Found;
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Found {
-        let Self { bvh, ray, hit, child, stack, base } = self;
-        trace::<T, L, ANY>(token, bvh, &ray, hit, child, stack, base)
+        let Self { tree, ray, hit, child, stack, base } = self;
+        trace::<T, B, ANY>(token, tree, &ray, hit, child, stack, base)
     }
 }
 
 /// The same for ray `i` of a stream, which is read where it is. At AVX-512 a ray that was written number by number and is then
 /// read as a vector waits for the stores: ambient occlusion and diffuse rays took a tenth longer by value, and by reference.
-pub(super) struct TraceOfStream<'a, const W: usize, L, const ANY: bool> {
-    pub(super) bvh: &'a WideBvh<L>,
+pub(super) struct TraceOfStream<'a, const W: usize, B, const ANY: bool> {
+    pub(super) tree: &'a B,
     pub(super) rays: &'a Rays<W>,
     pub(super) stream: &'a Stream<W>,
     pub(super) i: usize,
@@ -44,21 +44,21 @@ pub(super) struct TraceOfStream<'a, const W: usize, L, const ANY: bool> {
     pub(super) base: usize,
 }
 
-impl<const W: usize, L: Leaf, const ANY: bool> Task for TraceOfStream<'_, W, L, ANY> {
+impl<const W: usize, B: Tree, const ANY: bool> Task for TraceOfStream<'_, W, B, ANY> {
     type Output = Found;
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Found {
-        let Self { bvh, rays, stream, i, hit, child, stack, base } = self;
+        let Self { tree, rays, stream, i, hit, child, stack, base } = self;
         let ray = OneRay::of(rays, i, stream.padded_origin(i));
-        trace::<T, L, ANY>(token, bvh, &ray, hit, child, stack, base)
+        trace::<T, B, ANY>(token, tree, &ray, hit, child, stack, base)
     }
 }
 
 #[inline(always)]
-fn trace<T: Token, L: Leaf, const ANY: bool>(
+fn trace<T: Token, B: Tree, const ANY: bool>(
     token: T,
-    bvh: &WideBvh<L>,
+    tree: &B,
     ray: &OneRay,
     hit: SingleHit<'_>,
     child: Child,
@@ -66,30 +66,31 @@ fn trace<T: Token, L: Leaf, const ANY: bool>(
     base: usize,
 ) -> Found {
     let token = token.narrow();
-    let mut walk = SingleWalk::<_, _, ANY> { token, bvh, ray: SingleRay::new(token, ray), hit };
+    let mut walk = SingleWalk::<_, _, ANY> { token, tree, ray: SingleRay::new(token, ray), hit };
     walk.down(child, stack, base);
     walk.hit.found
 }
 
-struct SingleWalk<'a, T: Token, L, const ANY: bool> {
+struct SingleWalk<'a, T: Token, B, const ANY: bool> {
     token: T,
-    bvh: &'a WideBvh<L>,
+    tree: &'a B,
     ray: SingleRay<T>,
     hit: SingleHit<'a>,
 }
 
-impl<T: Token, L: Leaf, const ANY: bool> SingleWalk<'_, T, L, ANY> {
+impl<T: Token, B: Tree, const ANY: bool> SingleWalk<'_, T, B, ANY> {
     /// Walks down from a child; what waits is on the stack from `base`.
     #[inline(always)]
     fn down(&mut self, mut child: Child, stack: &mut [Entry; STACK], base: usize) {
         let mut top = base;
+        let mut room = Node::EMPTY;
         loop {
             // Down to a leaf by the nearest child each time; the others wait.
             while !child.is_leaf() {
-                let Some(node) = self.bvh.nodes.get(child.index()) else { return };
+                let Some(node) = self.tree.node(child.index(), &mut room) else { return };
                 child = self.nearest(node, stack, &mut top);
             }
-            self.bvh.leaves.single::<T, ANY>(self.token, child.leaf_range(), &mut self.ray, &mut self.hit);
+            self.tree.leaves().single::<T, ANY>(self.token, child.leaf_range(), &mut self.ray, &mut self.hit);
             if ANY && self.hit.found.hit {
                 return;
             }
@@ -115,7 +116,7 @@ impl<T: Token, L: Leaf, const ANY: bool> SingleWalk<'_, T, L, ANY> {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
             let child = node.child[slot];
-            self.bvh.prefetch(child);
+            self.tree.prefetch(child);
             children.add(Entry { child, near: nears[slot], rays: 1 }, !ANY);
         }
         *top = children.top;

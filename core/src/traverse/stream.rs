@@ -8,7 +8,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Task, Token};
 use super::roots::Roots;
 use super::single::TraceOfStream;
 use super::stack::{Entry, Met};
-use crate::bvh::{Node, STACK, WideBvh};
+use crate::bvh::{Node, STACK, Tree};
 use crate::kernel::stream::Stream;
 use crate::leaf::Leaf;
 use crate::sink::Sink;
@@ -27,8 +27,8 @@ fn part<T: Token>(rays: u64, at: usize) -> u32 {
 }
 
 /// Traces `W` rays, 64 at most, that were copied out of a packet: a task, so that all packet widths share one copy of it.
-pub(super) struct TraceStream<'a, const W: usize, L, S> {
-    pub(super) bvh: &'a WideBvh<L>,
+pub(super) struct TraceStream<'a, const W: usize, B, S> {
+    pub(super) tree: &'a B,
     pub(super) rays: &'a mut Rays<W>,
     pub(super) sink: &'a mut S,
     pub(super) active: u64,
@@ -36,30 +36,31 @@ pub(super) struct TraceStream<'a, const W: usize, L, S> {
     pub(super) stack: &'a mut [Entry; STACK],
 }
 
-impl<const W: usize, L: Leaf, S: Sink<W>> Task for TraceStream<'_, W, L, S> {
+impl<const W: usize, B: Tree, S: Sink<W>> Task for TraceStream<'_, W, B, S> {
     type Output = ();
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let Self { bvh, rays, sink, active, roots, stack } = self;
-        let stream = Stream::new(token, rays, &bvh.frame);
-        StreamWalk { bvh, rays, sink, stream }.down(token, active, roots, stack);
+        let Self { tree, rays, sink, active, roots, stack } = self;
+        let stream = Stream::new(token, rays, tree.frame());
+        StreamWalk { tree, rays, sink, stream }.down(token, active, roots, stack);
     }
 }
 
-struct StreamWalk<'a, const W: usize, L, S> {
-    bvh: &'a WideBvh<L>,
+struct StreamWalk<'a, const W: usize, B, S> {
+    tree: &'a B,
     rays: &'a mut Rays<W>,
     sink: &'a mut S,
     stream: Stream<W>,
 }
 
-impl<const W: usize, L: Leaf, S: Sink<W>> StreamWalk<'_, W, L, S> {
+impl<const W: usize, B: Tree, S: Sink<W>> StreamWalk<'_, W, B, S> {
     /// Walks the rays of a mask down from the roots.
     #[inline(always)]
     fn down<T: Token>(&mut self, token: T, rays: u64, roots: Roots, stack: &mut [Entry; STACK]) {
         let mut nears = [Column::splat(0.0); 8];
-        for root in roots {
+        let mut room = Node::EMPTY;
+        for root in roots.of(self.tree) {
             stack[0] = Entry { child: root, near: f32::NEG_INFINITY, rays };
             let mut top = 1;
             while top > 0 {
@@ -67,11 +68,11 @@ impl<const W: usize, L: Leaf, S: Sink<W>> StreamWalk<'_, W, L, S> {
                 let mut entry = stack[top];
                 entry.rays &= self.reaching(token, entry.near);
                 while !entry.child.is_leaf() && entry.rays.count_ones() > few(T::LANES, S::ANY) {
-                    let Some(node) = self.bvh.nodes.get(entry.child.index()) else { return };
+                    let Some(node) = self.tree.node(entry.child.index(), &mut room) else { return };
                     entry = self.nearest(token, node, entry.rays, &mut nears, stack, &mut top);
                 }
                 if entry.rays.count_ones() > few(T::LANES, S::ANY) {
-                    self.bvh.leaves.stream(token, entry.child.leaf_range(), self.rays, self.sink, entry.rays);
+                    self.tree.leaves().stream(token, entry.child.leaf_range(), self.rays, self.sink, entry.rays);
                 } else {
                     self.trace_single_rays(token, entry, stack, top);
                 }
@@ -130,7 +131,7 @@ impl<const W: usize, L: Leaf, S: Sink<W>> StreamWalk<'_, W, L, S> {
             let slot = met.trailing_zeros() as usize % 8;
             met &= met - 1;
             let child = node.child[slot];
-            self.bvh.prefetch(child);
+            self.tree.prefetch(child);
             // The order of any hits is the node's.
             let near = if S::ANY { f32::NEG_INFINITY } else { Self::first(token, &nears[slot], meeting[slot]) };
             children.add(Entry { child, near, rays: meeting[slot] }, !S::ANY);
@@ -159,12 +160,12 @@ impl<const W: usize, L: Leaf, S: Sink<W>> StreamWalk<'_, W, L, S> {
         while left != 0 {
             let i = left.trailing_zeros() as usize % W;
             left &= left - 1;
-            let (bvh, rays, stream) = (self.bvh, &*self.rays, &self.stream);
+            let (tree, rays, stream) = (self.tree, &*self.rays, &self.stream);
             let (child, hit, base) = (entry.child, self.sink.single(rays, i), top);
             let found = if S::ANY {
-                token.run(TraceOfStream::<_, _, true> { bvh, rays, stream, i, hit, child, stack, base })
+                token.run(TraceOfStream::<_, _, true> { tree, rays, stream, i, hit, child, stack, base })
             } else {
-                token.run(TraceOfStream::<_, _, false> { bvh, rays, stream, i, hit, child, stack, base })
+                token.run(TraceOfStream::<_, _, false> { tree, rays, stream, i, hit, child, stack, base })
             };
             self.sink.set(self.rays, i, found);
         }

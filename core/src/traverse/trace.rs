@@ -8,7 +8,7 @@ use super::paths::Paths;
 use super::roots::Roots;
 use super::single::TraceSingle;
 use super::stack::Entry;
-use crate::bvh::{STACK, WideBvh};
+use crate::bvh::{STACK, Tree, WideBvh};
 use crate::kernel::single::{OneRay, padded_origin};
 use crate::leaf::Leaf;
 use crate::sink::{AnyHit, Found, Opacity, SingleHit, Sink};
@@ -18,28 +18,22 @@ impl<L: Leaf> WideBvh<L> {
     /// Lowers `t_max` of each active ray to its nearest hit and sets the primitive's id there; on equal distance the
     /// lower id wins, also over a hit that was there before. Enters the level once.
     pub fn intersect<const N: usize>(&self, token: AnyToken, packet: &mut RayPacket<N>) -> Paths {
-        self.closest(token, packet, Roots::tree(self))
+        closest(self, token, packet, Roots::Tree)
     }
 
     /// As [`intersect`](Self::intersect), testing every primitive against every ray: what traversal is checked against.
     pub fn intersect_all<const N: usize>(&self, token: impl Dispatch, packet: &mut RayPacket<N>) -> Paths {
-        self.closest(token, packet, Roots::all(self))
-    }
-
-    fn closest<const N: usize>(&self, token: impl Dispatch, packet: &mut RayPacket<N>, roots: Roots) -> Paths {
-        packet.check();
-        let (rays, sink) = packet.split();
-        token.dispatch(Traverse { bvh: self, rays, sink, roots })
+        closest(self, token, packet, Roots::All)
     }
 
     /// Sets `t_max` of each active ray that hits anything to `-inf`. Enters the level once.
     pub fn occlude<const N: usize>(&self, token: AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
-        self.any(token, packet, Roots::tree(self), None)
+        any(self, token, packet, Roots::Tree, None)
     }
 
     /// As [`occlude`](Self::occlude), testing every primitive against every ray.
     pub fn occlude_all<const N: usize>(&self, token: AnyToken, packet: &mut AnyHitPacket<N>) -> Paths {
-        self.any(token, packet, Roots::all(self), None)
+        any(self, token, packet, Roots::All, None)
     }
 
     /// As [`occlude`](Self::occlude), through primitives that let a part of the light through: adds to each ray's
@@ -50,7 +44,7 @@ impl<L: Leaf> WideBvh<L> {
         packet: &mut AnyHitPacket<N>,
         opacity: &dyn Opacity,
     ) -> Paths {
-        self.any(token, packet, Roots::tree(self), Some(opacity))
+        any(self, token, packet, Roots::Tree, Some(opacity))
     }
 
     /// As [`occlude_through`](Self::occlude_through), testing every primitive against every ray.
@@ -60,23 +54,7 @@ impl<L: Leaf> WideBvh<L> {
         packet: &mut AnyHitPacket<N>,
         opacity: &dyn Opacity,
     ) -> Paths {
-        self.any(token, packet, Roots::all(self), Some(opacity))
-    }
-
-    fn any<const N: usize>(
-        &self,
-        token: AnyToken,
-        packet: &mut AnyHitPacket<N>,
-        roots: Roots,
-        opacity: Option<&dyn Opacity>,
-    ) -> Paths {
-        packet.check();
-        let (rays, depth) = packet.split();
-        let sink = &mut match opacity {
-            Some(opacity) => AnyHit::transparent(opacity, &mut depth[..]),
-            None => AnyHit::opaque(),
-        };
-        token.run(Traverse { bvh: self, rays, sink, roots })
+        any(self, token, packet, Roots::All, Some(opacity))
     }
 
     /// The nearest hit of one ray in the interval `(t_min, t_max]`: distance and id, the same as [`intersect`](Self::intersect)
@@ -108,36 +86,78 @@ impl<L: Leaf> WideBvh<L> {
         let ray = OneRay::of(&rays, 0, padded_origin(&rays, self.frame.origin(origin.to_array()), 0));
         let hit = SingleHit::of(t_max);
         let stack = &mut [Entry::NONE; STACK];
-        token.run(TraceSingle::<L, ANY> { bvh: self, ray, hit, child: self.root, stack, base: 0 })
+        token.run(TraceSingle::<Self, ANY> { tree: self, ray, hit, child: self.root, stack, base: 0 })
     }
+}
+
+/// As [`WideBvh::intersect`], in any tree.
+pub fn intersect<B: Tree, const N: usize>(tree: &B, token: AnyToken, packet: &mut RayPacket<N>) -> Paths {
+    closest(tree, token, packet, Roots::Tree)
+}
+
+/// As [`WideBvh::intersect_all`], in any tree.
+pub fn intersect_all<B: Tree, const N: usize>(tree: &B, token: AnyToken, packet: &mut RayPacket<N>) -> Paths {
+    closest(tree, token, packet, Roots::All)
+}
+
+/// As [`WideBvh::occlude`], or with an opacity as [`WideBvh::occlude_through`], in any tree.
+pub fn occlude<B: Tree, const N: usize>(
+    tree: &B,
+    token: AnyToken,
+    packet: &mut AnyHitPacket<N>,
+    opacity: Option<&dyn Opacity>,
+) -> Paths {
+    any(tree, token, packet, Roots::Tree, opacity)
+}
+
+fn closest<B: Tree, const N: usize>(tree: &B, token: impl Dispatch, packet: &mut RayPacket<N>, roots: Roots) -> Paths {
+    packet.check();
+    let (rays, sink) = packet.split();
+    token.dispatch(Traverse { tree, rays, sink, roots })
+}
+
+fn any<B: Tree, const N: usize>(
+    tree: &B,
+    token: AnyToken,
+    packet: &mut AnyHitPacket<N>,
+    roots: Roots,
+    opacity: Option<&dyn Opacity>,
+) -> Paths {
+    packet.check();
+    let (rays, depth) = packet.split();
+    let sink = &mut match opacity {
+        Some(opacity) => AnyHit::transparent(opacity, &mut depth[..]),
+        None => AnyHit::opaque(),
+    };
+    token.run(Traverse { tree, rays, sink, roots })
 }
 
 /// A walk at a level that is known already; if `all`, every leaf is tested without the tree.
 #[cfg(all(feature = "lab", not(test)))]
 #[inline(always)]
-pub(crate) fn run<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
+pub(crate) fn run<T: Token, const N: usize, B: Tree, S: Sink<N>>(
     token: T,
-    bvh: &WideBvh<L>,
+    tree: &B,
     rays: &mut Rays<N>,
     sink: &mut S,
     all: bool,
 ) {
-    let roots = if all { Roots::all(bvh) } else { Roots::tree(bvh) };
-    token.run(Traverse { bvh, rays, sink, roots });
+    let roots = if all { Roots::All } else { Roots::Tree };
+    token.run(Traverse { tree, rays, sink, roots });
 }
 
-struct Traverse<'a, const N: usize, L, S> {
-    bvh: &'a WideBvh<L>,
+struct Traverse<'a, const N: usize, B, S> {
+    tree: &'a B,
     rays: &'a mut Rays<N>,
     sink: &'a mut S,
     roots: Roots,
 }
 
-impl<const N: usize, L: Leaf, S: Sink<N>> Task for Traverse<'_, N, L, S> {
+impl<const N: usize, B: Tree, S: Sink<N>> Task for Traverse<'_, N, B, S> {
     type Output = Paths;
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Paths {
-        packet::traverse(token, self.bvh, self.rays, self.sink, self.roots)
+        packet::traverse(token, self.tree, self.rays, self.sink, self.roots)
     }
 }

@@ -13,3 +13,4 @@ mod refit;
 mod regressions;
 mod ties;
 mod traversal;
+mod volume;

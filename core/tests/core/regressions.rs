@@ -1,7 +1,7 @@
 //! What differential tests and fuzzers once found, and what is easy to get wrong, by name. At every level of this machine.
 
 use mobula_core::bvh::{Bvh, Serial};
-use mobula_core::kernel::iso_cell::{coefficients, iso_cell};
+use mobula_core::kernel::iso_cell::iso_cell;
 use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
 use mobula_core::vector::splat3;
@@ -20,15 +20,15 @@ impl Task for Cell<'_> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Option<f32> {
-        let mut field = [token.splat(0.0); 8];
-        for (out, k) in field.iter_mut().zip(coefficients(self.values, 0.0)) {
-            *out = token.splat(k);
-        }
+        let corners = self.values.map(|value| token.splat(value));
         let [x, y, z] = self.direction;
         let inverse = splat3(token, [1.0 / x, 1.0 / y, 1.0 / z]);
         let (origin, direction) = (splat3(token, self.origin), splat3(token, self.direction));
         let [t_min, t_max] = [token.splat(self.interval[0]), token.splat(self.interval[1])];
-        let (hit, t) = iso_cell(token, token.mask(u32::MAX), &field, origin, direction, inverse, t_min, t_max);
+        let (hit, t) = {
+            let low = [token.splat(0.0); 3];
+            iso_cell(token, token.mask(u32::MAX), &corners, low, origin, direction, inverse, t_min, t_max)
+        };
         assert!(hit.all() || !hit.any(), "the same ray in every lane");
         hit.any().then(|| t.reduce_min())
     }

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use mobula_simd::{Scalar, Token};
 
 use crate::Rays;
-use crate::kernel::iso_cell::{coefficients, iso_cell};
+use crate::kernel::iso_cell::iso_cell;
 use crate::lab::Dice;
 use crate::lab::find::{RayTest, in_reach, ray_in_reach};
 use crate::oracle::{self, Truth};
@@ -26,13 +26,13 @@ pub struct Cell {
 #[derive(Debug)]
 pub struct IsoCell;
 
-/// A cell for a packet: low corner, 1 / size, size, coefficients.
+/// A cell for a packet: low corner, 1 / size, size, values.
 #[derive(Clone, Copy, Debug)]
 pub struct Prepared<F> {
     low: [F; 3],
     per_size: F,
     size: F,
-    field: [F; 8],
+    corners: [F; 8],
 }
 
 impl RayTest for IsoCell {
@@ -67,15 +67,11 @@ impl RayTest for IsoCell {
 
     #[inline(always)]
     fn prepare<T: Token>(token: T, cell: &Cell, (): ()) -> Prepared<T::F32> {
-        let mut field = [token.splat(0.0); 8];
-        for (out, k) in field.iter_mut().zip(coefficients(&cell.values, 0.0)) {
-            *out = token.splat(k);
-        }
         Prepared {
             low: [token.splat(cell.low[0]), token.splat(cell.low[1]), token.splat(cell.low[2])],
             per_size: token.splat(1.0 / cell.size),
             size: token.splat(cell.size),
-            field,
+            corners: cell.values.map(|value| token.splat(value + 0.0)),
         }
     }
 
@@ -97,7 +93,17 @@ impl RayTest for IsoCell {
             inverse[axis] = inverse[axis] * cell.size;
         }
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
-        iso_cell(token, token.mask(u32::MAX), &cell.field, origin, direction, inverse, t_min, t_max)
+        iso_cell(
+            token,
+            token.mask(u32::MAX),
+            &cell.corners,
+            [token.splat(0.0); 3],
+            origin,
+            direction,
+            inverse,
+            t_min,
+            t_max,
+        )
     }
 
     fn truth(cell: &Cell, _i: usize, ray: &oracle::ExactRay) -> Option<(Truth, f64)> {

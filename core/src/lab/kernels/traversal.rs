@@ -140,9 +140,9 @@ impl<B: LabBlock, const RAYS: u8, const HIT: bool, const ALL: bool> Kernel for T
         let Work { rays, primitives, hits, .. } = work;
         let Some(tree) = primitives.first() else { return };
         if HIT == ANY {
-            traverse::run(token, &tree.bvh, rays, &mut AnyHit::opaque(), ALL);
+            traverse::run(token, &*tree.bvh, rays, &mut AnyHit::opaque(), ALL);
         } else {
-            traverse::run(token, &tree.bvh, rays, hits, ALL);
+            traverse::run(token, &*tree.bvh, rays, hits, ALL);
         }
     }
 

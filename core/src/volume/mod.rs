@@ -1,0 +1,29 @@
+//! Volumes: surfaces of equal value in a grid of samples, found without triangles.
+//!
+//! A grid is parted into bricks of 8 x 4 x 4 cells. Above them is an implicit hierarchy: a node is the least and the greatest value
+//! of what is in it, its box follows from its indices. It does not depend on the iso value, so that a change of that costs nothing
+//! (Wald, Friedrich, Marmitt, Slusallek and Seidel, "Faster Isosurface Ray Tracing using Implicit KD-Trees", TVCG 2005; with eight
+//! children a node as Knoll, Wald and Hansen, "Coherent Multiresolution Isosurface Ray Tracing", The Visual Computer 2009).
+//!
+//! | file | idea |
+//! |---|---|
+//! | `iso` | the tree of an iso-surface, as walks see it, and how rays meet a brick |
+//! | `field` | a grid with its hierarchy, whatever type its samples have |
+//! | `ranges` | least and greatest values, built from the bricks up |
+//! | `layout` | which bricks there are, and which node is made of which |
+//! | `brick` | the samples of a brick as floats |
+//! | `voxel` | types of samples |
+
+mod brick;
+mod field;
+mod iso;
+mod layout;
+mod ranges;
+mod voxel;
+
+pub use brick::{Brick, CELLS};
+pub use field::{Field, GridField};
+pub use iso::IsoTree;
+pub use layout::{Layout, TooLarge};
+pub use ranges::Ranges;
+pub use voxel::Voxel;
