@@ -54,7 +54,8 @@ pub fn iso_cell<T: Token>(
     let mut planes = [[zero; 2]; 3];
     let (mut near, mut far) = (t_min, token.splat(f32::INFINITY));
     for axis in 0..3 {
-        let [a, b] = [low[axis], low[axis] + one].map(|plane| (plane - origin[axis]) * inverse[axis]);
+        let a = (low[axis] - origin[axis]) * inverse[axis];
+        let b = ((low[axis] + one) - origin[axis]) * inverse[axis];
         planes[axis] = [a, b];
         near = a.min(b).max(near);
         far = a.max(b).min(far);
@@ -63,18 +64,9 @@ pub fn iso_cell<T: Token>(
     if !inside.any() {
         return (inside, zero);
     }
-    let fractions = |t: T::F32| {
-        let mut fractions = [zero; 3];
-        for axis in 0..3 {
-            let at = direction[axis].mul_add(t, origin[axis] - low[axis]).max(zero).min(one);
-            let [a, b] = planes[axis];
-            fractions[axis] = one.select(t.eq(b), zero.select(t.eq(a), at));
-        }
-        fractions
-    };
-    let entry = fractions(near);
-    let is_negative = |value: T::F32| I32Lanes::lt(value.to_bits(), token.splat_i32(0));
-    let ends = [is_negative(weighed(one, corners, entry)), is_negative(weighed(one, corners, fractions(far)))];
+    let entry = fractions(token, &planes, low, origin, direction, near);
+    let exit = fractions(token, &planes, low, origin, direction, far);
+    let ends = [is_negative(token, weighed(one, corners, entry)), is_negative(token, weighed(one, corners, exit))];
     let length = far - near;
     let cubic = along(&coefficients(corners), entry, direction, length);
     // Between the ends the cubic is within the hull of its Bernstein coefficients.
@@ -123,13 +115,43 @@ pub fn iso_cell<T: Token>(
     (hit, t)
 }
 
+/// Where in the cell the ray is at t, from 0 to 1.
+#[inline(always)]
+fn fractions<T: Token>(
+    token: T,
+    planes: &[[T::F32; 2]; 3],
+    low: [T::F32; 3],
+    origin: [T::F32; 3],
+    direction: [T::F32; 3],
+    t: T::F32,
+) -> [T::F32; 3] {
+    let (zero, one) = (token.splat(0.0), token.splat(1.0));
+    let mut fractions = [zero; 3];
+    for axis in 0..3 {
+        let at = direction[axis].mul_add(t, origin[axis] - low[axis]).max(zero).min(one);
+        let [a, b] = planes[axis];
+        fractions[axis] = one.select(t.eq(b), zero.select(t.eq(a), at));
+    }
+    fractions
+}
+
+#[inline(always)]
+fn is_negative<T: Token>(token: T, value: T::F32) -> T::Mask {
+    I32Lanes::lt(value.to_bits(), token.splat_i32(0))
+}
+
 /// The value between the corners, weighed along x, then y, then z.
 #[inline(always)]
-fn weighed<F: F32Lanes>(one: F, corners: &[F; 8], at: [F; 3]) -> F {
-    let rest = [one - at[0], one - at[1], one - at[2]];
-    let mix = |a: F, b: F, axis: usize| b.mul_add(at[axis], a * rest[axis]);
-    let rows = [0, 2, 4, 6].map(|i| mix(corners[i], corners[i + 1], 0));
-    mix(mix(rows[0], rows[1], 1), mix(rows[2], rows[3], 1), 2)
+fn weighed<F: F32Lanes>(one: F, corners: &[F; 8], [x, y, z]: [F; 3]) -> F {
+    let (rest_x, rest_y, rest_z) = (one - x, one - y, one - z);
+    let (a, b) = (mix(corners[0], corners[1], x, rest_x), mix(corners[2], corners[3], x, rest_x));
+    let (c, d) = (mix(corners[4], corners[5], x, rest_x), mix(corners[6], corners[7], x, rest_x));
+    mix(mix(a, b, y, rest_y), mix(c, d, y, rest_y), z, rest_z)
+}
+
+#[inline(always)]
+fn mix<F: F32Lanes>(a: F, b: F, part: F, rest: F) -> F {
+    b.mul_add(part, a * rest)
 }
 
 /// Coefficients of 1, x, y, z, xy, yz, zx, xyz of the field in a unit cell.

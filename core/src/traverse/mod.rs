@@ -4,6 +4,7 @@
 
 #![doc = include_str!("TRAVERSAL.md")]
 
+mod local;
 mod packet;
 mod paths;
 mod roots;
@@ -12,6 +13,7 @@ mod stack;
 mod stream;
 mod trace;
 
+pub use local::Local;
 pub use paths::Paths;
 #[cfg(all(feature = "lab", not(test)))]
 pub(crate) use trace::run;

@@ -27,20 +27,33 @@ impl Brick {
     #[inline(always)]
     pub fn load<V: Voxel>(&mut self, voxels: &[V], samples: [usize; 3], first: [usize; 3]) {
         let [nx, ny, nz] = samples;
-        self.finite = true;
         let count = SIDES[0].min(nx - first[0]);
+        let mut sum = 0.0;
         for k in 0..SIDES[2] {
             for j in 0..SIDES[1] {
                 let (y, z) = ((first[1] + j).min(ny - 1), (first[2] + k).min(nz - 1));
                 let start = (z * ny + y) * nx + first[0];
                 let row = &voxels[start..start + count];
                 let out = &mut self.values[Self::row(j, k)..][..SIDES[0]];
-                for (i, out) in out.iter_mut().enumerate() {
-                    let value = row[i.min(count - 1)].to_f32() + 0.0;
-                    let finite = value.abs() < f32::INFINITY;
-                    self.finite &= finite;
-                    *out = if finite { value } else { f32::NAN };
+                // Most rows are whole: their number of samples is known when this is compiled.
+                if let Ok(whole) = <&[V; SIDES[0]]>::try_from(row) {
+                    for i in 0..SIDES[0] {
+                        out[i] = whole[i].to_f32() + 0.0;
+                        // NaN if one is not finite.
+                        sum += if V::FINITE { 0.0 } else { out[i] * 0.0 };
+                    }
+                } else {
+                    for i in 0..SIDES[0] {
+                        out[i] = row[i.min(count - 1)].to_f32() + 0.0;
+                        sum += out[i] * 0.0;
+                    }
                 }
+            }
+        }
+        self.finite = sum == 0.0;
+        if !self.finite {
+            for value in &mut self.values {
+                *value = if value.is_finite() { *value } else { f32::NAN };
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::brick::{Brick, CELLS};
 use super::layout::Layout;
-use super::ranges::Ranges;
+use super::ranges::{NodeRanges, Ranges};
 use super::voxel::Voxel;
 
 /// What a walk asks of a grid: so that it is compiled once, not for each type of samples.

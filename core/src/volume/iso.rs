@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
+use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 
 use super::brick::{Brick, CELLS};
 use super::field::Field;
@@ -233,30 +233,35 @@ impl<T: Token> Lanes<T> {
     }
 }
 
-impl Leaf for IsoTree<'_> {
+/// A packet in a brick. A task, so that it is compiled once for all that walks do.
+struct PacketInBrick<'a, 'b, const N: usize, S> {
+    tree: &'a IsoTree<'b>,
+    leaf: Range<usize>,
+    frusta: &'a Frusta,
+    rays: &'a mut Rays<N>,
+    sink: &'a mut S,
+    groups: u32,
+}
+
+impl<const N: usize, S: Sink<N>> Task for PacketInBrick<'_, '_, N, S> {
+    type Output = u32;
+
     #[inline(always)]
-    fn packet<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
-        &self,
-        token: T,
-        leaf: Range<usize>,
-        frusta: &Frusta,
-        rays: &mut Rays<N>,
-        sink: &mut S,
-        groups: u32,
-    ) -> u32 {
-        let Some(loaded) = self.load(leaf) else { return 0 };
+    fn run<T: Token>(self, token: T) -> u32 {
+        let Self { tree, leaf, frusta, rays, sink, groups } = self;
+        let Some(loaded) = tree.load(leaf) else { return 0 };
         rays.inverse_directions(token);
         let size = group_size(N);
         let (_, heading) = rays.ray(groups.trailing_zeros() as usize % GROUPS * size);
         let mut planes: Planes = [[0.0; 8]; 6];
         let mut changed = 0;
-        for (id, &value) in self.values.iter().enumerate() {
+        for (id, &value) in tree.values.iter().enumerate() {
             for row in loaded.rows(heading.to_array()) {
                 let mut cells = loaded.passed(token, row, value);
                 if cells == 0 {
                     continue;
                 }
-                loaded.boxes(row, self.frame(), &mut planes);
+                loaded.boxes(row, tree.frame(), &mut planes);
                 let mut distances = NodeDistances::NONE;
                 cells &= frusta.boxes(token, &planes, &mut distances);
                 while cells != 0 {
@@ -264,7 +269,7 @@ impl Leaf for IsoTree<'_> {
                     let i =
                         if heading.x < 0.0 { 31 - cells.leading_zeros() } else { cells.trailing_zeros() } as usize % 8;
                     cells &= !(1 << i);
-                    let mut groups = groups & frusta.groups::<T, N, COMMON_ORIGIN>(token, &planes, i, &distances);
+                    let mut groups = groups & frusta.groups::<T, N, false>(token, &planes, i, &distances);
                     if groups == 0 {
                         continue;
                     }
@@ -286,18 +291,25 @@ impl Leaf for IsoTree<'_> {
         }
         changed
     }
+}
+
+/// A stream in a brick.
+struct StreamInBrick<'a, 'b, const W: usize, S> {
+    tree: &'a IsoTree<'b>,
+    leaf: Range<usize>,
+    rays: &'a mut Rays<W>,
+    sink: &'a mut S,
+    active: u64,
+}
+
+impl<const W: usize, S: Sink<W>> Task for StreamInBrick<'_, '_, W, S> {
+    type Output = ();
 
     #[inline(always)]
-    fn stream<T: Token, const W: usize, S: Sink<W>>(
-        &self,
-        token: T,
-        leaf: Range<usize>,
-        rays: &mut Rays<W>,
-        sink: &mut S,
-        active: u64,
-    ) {
-        let Some(loaded) = self.load(leaf) else { return };
-        for (id, &value) in self.values.iter().enumerate() {
+    fn run<T: Token>(self, token: T) {
+        let Self { tree, leaf, rays, sink, active } = self;
+        let Some(loaded) = tree.load(leaf) else { return };
+        for (id, &value) in tree.values.iter().enumerate() {
             for row in loaded.rows([1.0; 3]) {
                 let mut cells = loaded.passed(token, row, value);
                 while cells != 0 {
@@ -317,6 +329,33 @@ impl Leaf for IsoTree<'_> {
                 }
             }
         }
+    }
+}
+
+impl Leaf for IsoTree<'_> {
+    #[inline(always)]
+    fn packet<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
+        &self,
+        token: T,
+        leaf: Range<usize>,
+        frusta: &Frusta,
+        rays: &mut Rays<N>,
+        sink: &mut S,
+        groups: u32,
+    ) -> u32 {
+        token.run(PacketInBrick { tree: self, leaf, frusta, rays, sink, groups })
+    }
+
+    #[inline(always)]
+    fn stream<T: Token, const W: usize, S: Sink<W>>(
+        &self,
+        token: T,
+        leaf: Range<usize>,
+        rays: &mut Rays<W>,
+        sink: &mut S,
+        active: u64,
+    ) {
+        token.run(StreamInBrick { tree: self, leaf, rays, sink, active });
     }
 
     #[inline(always)]

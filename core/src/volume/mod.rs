@@ -25,5 +25,5 @@ pub use brick::{Brick, CELLS};
 pub use field::{Field, GridField};
 pub use iso::IsoTree;
 pub use layout::{Layout, TooLarge};
-pub use ranges::Ranges;
+pub use ranges::{NodeRanges, Ranges};
 pub use voxel::Voxel;

@@ -49,16 +49,24 @@ impl<V: Voxel> Ranges<V> {
         }
         Self { levels }
     }
+}
 
-    /// Bytes that it occupies.
-    pub fn bytes(&self) -> usize {
-        self.levels.iter().map(|level| level.len() * size_of::<[V; 2]>()).sum()
-    }
+/// [`Ranges`] of whatever type the samples have.
+pub trait NodeRanges: core::fmt::Debug + Send + Sync {
+    /// Bytes that they occupy.
+    fn bytes(&self) -> usize;
 
     /// Least and greatest values of the up to eight that node `at` of the level above `level` is made of, by their place: bits 0, 1, 2
     /// are x, y, z. The others are NaN.
-    #[inline(always)]
-    pub(super) fn of_children(&self, layout: &Layout, level: usize, at: [usize; 3]) -> [[f32; 8]; 2] {
+    fn of_children(&self, layout: &Layout, level: usize, at: [usize; 3]) -> [[f32; 8]; 2];
+}
+
+impl<V: Voxel> NodeRanges for Ranges<V> {
+    fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| level.len() * size_of::<[V; 2]>()).sum()
+    }
+
+    fn of_children(&self, layout: &Layout, level: usize, at: [usize; 3]) -> [[f32; 8]; 2] {
         let mut out = [[f32::NAN; 8]; 2];
         for (slot, i) in children(layout.levels()[level], at) {
             let [low, high] = self.levels[level][i];

@@ -161,6 +161,29 @@ pub(crate) struct SceneOptions {
     /// No shadows
     #[arg(long, action = ArgAction::SetTrue)]
     pub(crate) no_shadows: bool,
+
+    #[command(flatten)]
+    pub(crate) volumes: VolumeOptions,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Volumes")]
+pub(crate) struct VolumeOptions {
+    /// Values of iso-surfaces [default: one that parts what is dark from what is bright]
+    #[arg(long, value_name = "V[,V...]", value_delimiter = ',', value_parser = finite)]
+    pub(crate) iso: Vec<f64>,
+
+    /// How much light gets through each iso-surface, from 0 to 1; the last number is for all further ones
+    #[arg(long, value_name = "A[,A...]", value_delimiter = ',', value_parser = part)]
+    pub(crate) transparent: Vec<f32>,
+
+    /// Leaves out of volumes what lies where X x + Y y + Z z > D; may be given several times
+    #[arg(long, value_name = "X,Y,Z,D", value_parser = plane)]
+    pub(crate) cut: Vec<Plane>,
+
+    /// Step of time, from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) step: usize,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -233,6 +256,14 @@ impl SceneOptions {
         option("isa", self.isa.map(|level| level.to_string()));
         option("up", self.up.0.map(|up| if up == Up::Y { "y" } else { "z" }.to_owned()));
         option("background", self.background.as_ref().map(|given| given.words.clone()));
+        let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
+        let VolumeOptions { iso, transparent, cut, step } = &self.volumes;
+        option("iso", joined(iso.iter().map(f64::to_string).collect()));
+        option("transparent", joined(transparent.iter().map(f32::to_string).collect()));
+        for Plane(numbers) in cut {
+            option("cut", joined(numbers.iter().map(f64::to_string).collect()));
+        }
+        option("step", (*step > 0).then(|| step.to_string()));
         option("fog", self.fog.as_ref().map(|given| given.words.clone()));
         words.join(" ")
     }
@@ -305,6 +336,28 @@ fn vector(text: &str) -> Result<Vec3, String> {
     match numbers[..] {
         [x, y, z] if numbers.iter().all(|x| x.is_finite()) && text.split(',').count() == 3 => Ok(Vec3::new(x, y, z)),
         _ => Err("write three numbers with commas between them, such as 1,2.5,-3".into()),
+    }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| "give numbers with commas between them, such as 300 or -200,300".into())
+}
+
+fn part(text: &str) -> Result<f32, String> {
+    let part = text.trim().parse().ok().filter(|part| (0.0..=1.0).contains(part));
+    part.ok_or_else(|| "give numbers from 0 (opaque) to 1 with commas between them".into())
+}
+
+/// A plane (a, b, c, d) with the points where a x + b y + c z = d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Plane(pub(crate) [f64; 4]);
+
+fn plane(text: &str) -> Result<Plane, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|number| finite(number).ok()).collect();
+    match numbers[..] {
+        [a, b, c, d] if text.split(',').count() == 4 && [a, b, c] != [0.0; 3] => Ok(Plane([a, b, c, d])),
+        _ => Err("give four numbers, the first three not all 0, such as 1,0,0,0.5 for what is right of x = 0.5".into()),
     }
 }
 

@@ -14,6 +14,7 @@ mod signals;
 #[cfg(feature = "window")]
 mod view;
 mod viewpoints;
+mod volumes;
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -172,6 +173,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
     let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
+    volumes::show(&mut scene, &options.volumes)?;
     scene.up = options.up.0.or(scene.up);
     if let Some(fog) = &options.fog {
         scene.medium = Some(Arc::new(fog.value));

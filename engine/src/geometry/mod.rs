@@ -7,6 +7,8 @@
 //! | `group` | a structure and the geometries in it |
 //! | `mesh`, `triangle` | triangles with shared corners; the surface of one |
 //! | `spheres` | spheres: particles, atoms |
+//! | `iso_surface` | surfaces of equal value in a volume |
+//! | `field`, `gradient` | a volume made ready for rays; how its values change |
 //! | `tree` | geometries of one kind in one bounding volume hierarchy |
 //! | `kind` | the traits: what a kind of geometry is, and what finds its hits |
 //! | `census` | bounds, counts by name, and what is left out |
@@ -14,8 +16,11 @@
 //! A new kind is a file with its data and the trait [`Geometry`], and a line in [`KINDS`]. With [`InTree`] the hierarchy comes for free.
 
 mod census;
+mod field;
 mod geometries;
+mod gradient;
 mod group;
+mod iso_surface;
 mod kind;
 mod mesh;
 mod spheres;
@@ -24,8 +29,11 @@ mod tree;
 mod triangle;
 
 pub use census::{Census, Item, Role};
+pub use field::Field;
 pub use geometries::{Geometries, NeedsRebuild, SceneError};
+pub use gradient::Gradient;
 pub use group::{Depths, Translucent};
+pub use iso_surface::IsoSurfaces;
 pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};
 pub use spheres::Spheres;

@@ -3,14 +3,17 @@
 //! | file | idea |
 //! |---|---|
 //! | `grid` | the values of one step, and where in space they are |
+//! | `histogram` | how often values are in a grid |
 //! | `voxels` | values in the type that they came in |
 
 mod grid;
+mod histogram;
 mod voxels;
 
 use std::sync::Arc;
 
 pub use grid::{Grid, GridError, GridPlace, MOST_SAMPLES};
+pub use histogram::Histogram;
 pub(crate) use voxels::with_voxels;
 pub use voxels::{Samples, Voxels};
 

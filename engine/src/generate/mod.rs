@@ -1,6 +1,8 @@
-//! Scenes made by arithmetic: terrains, a hall, a cube of spheres, for measuring and testing.
+//! Scenes made by arithmetic: terrains, a hall, a cube of spheres, volumes, for measuring and testing.
 //!
 //! Only `+ - * /` and square roots, never fused, so that every machine makes the same scene bit for bit.
+
+pub mod volumes;
 
 use glam::Vec3;
 
@@ -9,18 +11,21 @@ use crate::light::Point;
 use crate::material::{Lambertian, Phong};
 use crate::scene::SceneDescription;
 use crate::view::View;
+use crate::volume::Volume;
 
 /// What the name of a generated scene starts with.
 pub const PREFIX: &str = "gen:";
 
 /// Names of the generated scenes, with a line about each.
-pub const SCENES: [(&str, &str); 6] = [
+pub const SCENES: [(&str, &str); 8] = [
     ("gen:terr20k", "a terrain of 20,000 triangles"),
     ("gen:terr245k", "a terrain of 245,000 triangles"),
     ("gen:terr1m", "a terrain with 1,000 balls, 1,036,288 triangles"),
     ("gen:terr10m", "a terrain with 10,000 balls, 10,240,000 triangles"),
     ("gen:atrium", "a hall with galleries and columns, 114,704 triangles"),
     ("gen:csafe", "2,800,000 spheres in a cube"),
+    ("gen:clouds", "a volume of 256 x 256 x 256 floats"),
+    ("gen:gyroid", "a volume of 256 x 256 x 256 16-bit numbers"),
 ];
 
 /// Makes the scene of one of the names in [`SCENES`]; `None` for other names.
@@ -32,6 +37,8 @@ pub fn generate(name: &str) -> Option<SceneDescription> {
         "terr10m" => terrain_scene(1600, 10_000),
         "atrium" => atrium_scene(),
         "csafe" => csafe_scene(),
+        "clouds" => volume_scene(volumes::clouds()),
+        "gyroid" => volume_scene(volumes::gyroid()),
         _ => return None,
     };
     scene.name = name.to_owned();
@@ -46,6 +53,7 @@ pub fn has_memory(name: &str) -> bool {
         Some("terr1m") => 1_036_288,
         Some("terr10m") => 10_240_000,
         Some("csafe") => 2_800_000,
+        Some("clouds" | "gyroid") => 2_000_000,
         _ => 250_000,
     };
     Vec::<u8>::new().try_reserve_exact(primitives * EACH).is_ok()
@@ -112,6 +120,14 @@ fn csafe_scene() -> SceneDescription {
     scene
 }
 
+fn volume_scene(volume: Volume) -> SceneDescription {
+    let mut scene = SceneDescription::default();
+    scene.volumes.push(volume);
+    scene.add_light(point_light([0.5, 3.0, 2.5]));
+    scene.view = Some(view([1.7, 1.3, 2.4], [0.5, 0.5, 0.5], 0.30));
+    scene
+}
+
 /// Random numbers in `[0, 1)` from PCG32 (XSH-RR), its state set directly.
 #[derive(Clone, Debug)]
 pub struct Pcg32(pub u64);
@@ -132,8 +148,13 @@ impl Pcg32 {
 
 /// A random number in `[0, 1)` at a point of a lattice.
 fn lattice(x: i32, z: i32, octave: u32) -> f32 {
-    let mut h =
-        (x as u32).wrapping_mul(0x8da6_b343) ^ (z as u32).wrapping_mul(0xd816_3841) ^ octave.wrapping_mul(0xcb1a_b31f);
+    mixed(
+        (x as u32).wrapping_mul(0x8da6_b343) ^ (z as u32).wrapping_mul(0xd816_3841) ^ octave.wrapping_mul(0xcb1a_b31f),
+    )
+}
+
+/// A number in `[0, 1)` that looks random.
+fn mixed(mut h: u32) -> f32 {
     h ^= h >> 13;
     h = h.wrapping_mul(0x9e37_79b1);
     h ^= h >> 15;

@@ -1,0 +1,82 @@
+//! A grid of a volume made ready for rays: where it is, and the hierarchy of what is in it.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use mobula_core::volume::{self as core, Brick, CELLS, Layout, NodeRanges, Ranges, TooLarge};
+
+use crate::accel::Pool;
+use crate::progress::Progress;
+use crate::volume::{Grid, with_voxels};
+
+/// A grid with its hierarchy, which does not depend on what is made of it: iso-surfaces and media share one.
+#[derive(Debug)]
+pub struct Field {
+    grid: Arc<Grid>,
+    layout: Layout,
+    ranges: Box<dyn NodeRanges>,
+    to_cells: DAffine3,
+}
+
+impl Field {
+    /// Looks at all samples of a grid.
+    ///
+    /// # Errors
+    /// If there are too many.
+    pub fn new(grid: Arc<Grid>) -> Result<Self, TooLarge> {
+        let layout = Layout::new(grid.dims())?;
+        let progress = Progress::default();
+        let ranges: Box<dyn NodeRanges> = with_voxels!(grid.voxels(), |voxels| {
+            Box::new(Pool::enter(|| Ranges::new(&layout, voxels, &Pool(&progress))))
+        });
+        let place = grid.place();
+        let to_space =
+            DAffine3 { matrix3: DMat3::from_cols_array_2d(&place.axes.map(Into::into)), translation: place.origin };
+        Ok(Self { to_cells: to_space.inverse(), grid, layout, ranges })
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Arc<Grid> {
+        &self.grid
+    }
+
+    /// Bytes of the hierarchy.
+    pub fn bytes(&self) -> usize {
+        self.ranges.bytes()
+    }
+
+    /// From space to cells: sample (i, j, k) comes to be at (i, j, k).
+    pub fn to_cells(&self) -> &DAffine3 {
+        &self.to_cells
+    }
+
+    /// The corners of the box around all samples.
+    pub fn corners(&self) -> [Vec3; 8] {
+        let [x, y, z] = self.grid.dims().map(|n| (n - 1) as f64);
+        std::array::from_fn(|i| {
+            let pick = |axis: usize, most: f64| if i >> axis & 1 == 0 { 0.0 } else { most };
+            self.grid.place().point([pick(0, x), pick(1, y), pick(2, z)]).as_vec3()
+        })
+    }
+
+    /// Where a point of space is, in cells.
+    #[inline(always)]
+    pub fn cells_of(&self, point: Vec3) -> DVec3 {
+        self.to_cells.transform_point3(point.as_dvec3())
+    }
+}
+
+impl core::Field for Field {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn ranges(&self, level: usize, at: [usize; 3]) -> [[f32; 8]; 2] {
+        self.ranges.of_children(&self.layout, level, at)
+    }
+
+    fn load(&self, at: [usize; 3], brick: &mut Brick) {
+        let first = [0, 1, 2].map(|axis| at[axis] * CELLS[axis]);
+        with_voxels!(self.grid.voxels(), |voxels| brick.load(voxels, self.grid.dims(), first));
+    }
+}
