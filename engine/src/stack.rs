@@ -271,6 +271,8 @@ pub struct Scene {
     pub up: Up,
     /// Where to look from; `None` frames everything.
     pub view: Option<View>,
+    /// Bounds of the geometry as the scene was built, less what was far from most of it: views and lights go by them.
+    pub bulk: (Vec3, Vec3),
 }
 
 impl Scene {
@@ -316,8 +318,16 @@ impl Scene {
         self.view.unwrap_or_else(|| self.framed(aspect))
     }
 
-    /// The view that shows everything.
+    /// The view that shows everything, but what is far from most of it.
     pub fn framed(&self, aspect: f32) -> View {
-        View::frame_points(|visit| self.geometry.extremes(visit), self.geometry.bounds(), self.up, aspect)
+        let (low, high) = self.bulk;
+        let within = |visit: &mut dyn FnMut(Vec3)| {
+            self.geometry.extremes(&mut |point| {
+                if point.cmpge(low).all() && point.cmple(high).all() {
+                    visit(point);
+                }
+            });
+        };
+        View::frame_points(within, self.bulk, self.up, aspect)
     }
 }

@@ -25,9 +25,18 @@ impl Local {
         Self { rows, cuts }
     }
 
-    /// As [`Bvh::intersect`](crate::bvh::WideBvh::intersect).
-    pub fn intersect<B: Tree, const N: usize>(&self, tree: &B, token: AnyToken, packet: &mut RayPacket<N>) -> Paths {
-        let mut moved = RayPacket::<N>::default();
+    /// As [`Bvh::intersect`](crate::bvh::WideBvh::intersect). `moved`, of at least as many rays, is room for rays that are moved:
+    /// walks need not be compiled for more than its width.
+    ///
+    /// # Panics
+    /// If it is of fewer.
+    pub fn intersect<B: Tree, const N: usize, const M: usize>(
+        &self,
+        tree: &B,
+        token: AnyToken,
+        packet: &mut RayPacket<N>,
+        moved: &mut RayPacket<M>,
+    ) -> Paths {
         let (rays, hits) = moved.split();
         self.enter(packet, rays);
         let range = packet.range();
@@ -37,7 +46,7 @@ impl Local {
             hits.primitive[i] = if before[i] < packet.t_max[i] { NO_HIT } else { packet.hits.primitive[i] };
         }
         let ids = hits.primitive;
-        let paths = intersect(tree, token, &mut moved);
+        let paths = intersect(tree, token, moved);
         for i in range {
             if moved.t_max[i] < before[i] || moved.hits.primitive[i] != ids[i] {
                 packet.t_max[i] = moved.t_max[i];
@@ -49,21 +58,24 @@ impl Local {
 
     /// As [`Bvh::occlude`](crate::bvh::WideBvh::occlude), or with an opacity as
     /// [`occlude_through`](crate::bvh::WideBvh::occlude_through).
-    pub fn occlude<B: Tree, const N: usize>(
+    ///
+    /// # Panics
+    /// If `moved` is of fewer rays.
+    pub fn occlude<B: Tree, const N: usize, const M: usize>(
         &self,
         tree: &B,
         token: AnyToken,
         packet: &mut AnyHitPacket<N>,
+        moved: &mut AnyHitPacket<M>,
         opacity: Option<&dyn Opacity>,
     ) -> Paths {
-        let mut moved = AnyHitPacket::<N>::default();
         let range = packet.range();
         {
             let (rays, depth) = moved.split();
             self.enter(packet, rays);
             depth[range.clone()].copy_from_slice(&packet.depth()[range.clone()]);
         }
-        let paths = occlude(tree, token, &mut moved, opacity);
+        let paths = occlude(tree, token, moved, opacity);
         let (rays, depth) = packet.split();
         for i in range.clone() {
             if moved.occluded(i) {
@@ -75,7 +87,7 @@ impl Local {
     }
 
     /// Moves rays into the space, and cuts their intervals.
-    fn enter<const N: usize>(&self, from: &Rays<N>, to: &mut Rays<N>) {
+    fn enter<const N: usize, const M: usize>(&self, from: &Rays<N>, to: &mut Rays<M>) {
         let range = from.range();
         to.reset(range.clone(), Properties::empty());
         if range.is_empty() {

@@ -29,6 +29,7 @@ use mobula::load::Loaded;
 use mobula::pipeline::{Config, Pipeline};
 use mobula::sampler::SamplerKind;
 use mobula::scene::Geometries;
+use mobula::stack::Scene;
 use mobula_core::simd::AnyToken;
 
 use args::{Cli, Command, SceneOptions};
@@ -115,6 +116,21 @@ fn kernels(options: &mobula::kernels::Options) -> Result<(), Failure> {
     if all_right { Ok(()) } else { Err(Failure::Output("a kernel is wrong: see the last column".to_owned())) }
 }
 
+/// Says so if a view that is chosen automatically cannot show everything, or there is nothing to show.
+fn told_of_what_is_far(scene: &Scene) {
+    let ((low, high), (all_low, all_high)) = (scene.bulk, scene.geometry.bounds());
+    if !all_low.cmple(all_high).all() {
+        if !scene.geometry.list().is_empty() {
+            say!("mobula: warning: nothing is left of the scene that could be seen");
+        }
+    } else if (low, high) != (all_low, all_high) {
+        say!(
+            "mobula: warning: some of the scene is far from the rest, which alone decides about view and light: most is from {low} to \
+             {high}, all from {all_low} to {all_high}"
+        );
+    }
+}
+
 /// Prints to standard output.
 fn print(text: &dyn Display) -> Result<(), Failure> {
     let mut out = Out(io::stdout().lock());
@@ -193,6 +209,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     }
 
     let state = pipeline.state();
+    told_of_what_is_far(&state.stack.scene);
     let mut chosen = *state.chosen();
     chosen.view.eye = options.eye.unwrap_or(chosen.view.eye);
     chosen.view.at = options.at.unwrap_or(chosen.view.at);

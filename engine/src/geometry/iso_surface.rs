@@ -14,7 +14,8 @@ use super::gradient::Gradient;
 use super::{Census, DEFAULT_MATERIAL, Geometry, Item, Structure, shift_material};
 use crate::accel::Build;
 use crate::math::normalize_or;
-use crate::packet::{Hits, Intersect, Surface, set_vec3};
+use crate::packet::{Hits, Intersect, PacketWidth, Surface, set_vec3};
+use crate::scratch::{ForWidth, lend};
 use crate::volume::{Grid, GridPlace};
 
 /// Surfaces of equal value in a volume: primitive i is that of value i.
@@ -176,13 +177,37 @@ struct Finder {
     local: Local,
 }
 
+/// Room for the rays of any packet, moved into the grid.
+#[derive(Default)]
+struct Moved(Box<RayPacket<WIDEST>>);
+
+/// The same for any-hit rays.
+#[derive(Default)]
+struct MovedAnyHit(Box<AnyHitPacket<WIDEST>>);
+
+const WIDEST: usize = PacketWidth::WIDEST;
+
+impl ForWidth for Moved {
+    fn for_width(_width: usize) -> Self {
+        Self::default()
+    }
+}
+
+impl ForWidth for MovedAnyHit {
+    fn for_width(_width: usize) -> Self {
+        Self::default()
+    }
+}
+
 impl<const N: usize> Intersect<N> for Finder {
     fn intersect(&self, token: AnyToken, packet: &mut RayPacket<N>) -> Paths {
-        self.local.intersect(&IsoTree::new(&*self.field, &self.values), token, packet)
+        let moved: &mut Moved = &mut lend(WIDEST);
+        self.local.intersect(&IsoTree::new(&*self.field, &self.values), token, packet, &mut moved.0)
     }
 
     fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>, opacity: Option<&dyn Opacity>) -> Paths {
-        self.local.occlude(&IsoTree::new(&*self.field, &self.values), token, packet, opacity)
+        let moved: &mut MovedAnyHit = &mut lend(WIDEST);
+        self.local.occlude(&IsoTree::new(&*self.field, &self.values), token, packet, &mut moved.0, opacity)
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::SceneDescription;
+use super::bulk::bulk;
 use crate::accel::AccelerationKind;
 use crate::geometry::{Geometries, SceneError};
 use crate::light::{Directional, Light, Point};
@@ -23,10 +24,11 @@ pub fn build(description: &SceneDescription, kind: AccelerationKind) -> Result<S
 
 /// As [`build`], with the geometry of the same description.
 pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Scene {
-    let up = description.up.unwrap_or_else(|| Up::guess(geometry.bounds()));
+    let bulk = bulk(|visit| geometry.extremes(visit), geometry.bounds());
+    let up = description.up.unwrap_or_else(|| Up::guess(bulk));
     let default = NamedMaterial { name: "default".to_owned(), material: Arc::new(Lambertian::default()) };
     let lights = match &description.lights[..] {
-        [] => vec![default_light(geometry.bounds(), up)],
+        [] => vec![default_light(bulk, up)],
         lights => lights.to_vec(),
     };
     Scene {
@@ -39,6 +41,7 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
         geometry,
         up,
         view: description.view,
+        bulk,
     }
 }
 

@@ -3,6 +3,7 @@
 //! [`SceneDescription`] is what loaders and generators make; [`build`] makes a [`Scene`] of it, with structures that find hits.
 
 mod build;
+mod bulk;
 mod description;
 
 pub use build::{build, with_geometry};

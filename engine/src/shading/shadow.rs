@@ -86,10 +86,10 @@ pub fn illuminate(context: &Context<'_>, light: &dyn Light, points: &Points, out
     }
 }
 
-/// From a light that is much further away than the scene is large, rays could not be aimed well enough. Depends on light
-/// and scene only, so that all packets do the same.
+/// From a light that is much further away than most of the scene is large, rays could not be aimed well enough, and boxes would be
+/// widened by more than they are large. Depends on light and scene only, so that all packets do the same.
 fn is_near(context: &Context<'_>, position: Vec3) -> bool {
-    let (low, high) = context.scene.geometry.bounds();
+    let (low, high) = context.scene.bulk;
     let size = (high - low).max_element();
     (position - low).abs().max((position - high).abs()).max_element() <= NEAR * size
 }

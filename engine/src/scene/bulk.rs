@@ -1,0 +1,80 @@
+//! Where most of a scene is: a stray vertex far away must not decide where the eye and the light are.
+
+use glam::Vec3;
+
+/// What is farther from the middle than so many times the size of most is not looked at.
+const FAR: f32 = 256.0;
+/// So many points at most say what most is.
+const SAMPLES: usize = 4096;
+
+/// The bounds of all points but those that are far from most of them. `visit_all` calls its argument with all points, in the same
+/// order each time; `bounds` are those of all.
+pub(super) fn bulk(visit_all: impl Fn(&mut dyn FnMut(Vec3)), bounds: (Vec3, Vec3)) -> (Vec3, Vec3) {
+    let samples = samples(&visit_all);
+    if samples.is_empty() {
+        return bounds;
+    }
+    let at = |mut values: Vec<f32>, share: usize| {
+        let place = (values.len() - 1) * share / 16;
+        *values.select_nth_unstable_by(place, f32::total_cmp).1
+    };
+    let middle = Vec3::from([0, 1, 2].map(|axis| at(samples.iter().map(|p| p[axis]).collect(), 8)));
+    let distance = |point: Vec3| (point - middle).abs().max_element();
+    let reach = at(samples.iter().map(|&point| distance(point)).collect(), 14) * FAR;
+    let all = distance(bounds.0).max(distance(bounds.1));
+    if reach <= 0.0 || all <= reach || !reach.is_finite() {
+        return bounds;
+    }
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    visit_all(&mut |point| {
+        if distance(point) <= reach {
+            (low, high) = (low.min(point), high.max(point));
+        }
+    });
+    if low.cmple(high).all() { (low, high) } else { bounds }
+}
+
+/// Some of the points, evenly from all of them.
+fn samples(visit_all: impl Fn(&mut dyn FnMut(Vec3))) -> Vec<Vec3> {
+    let (mut samples, mut stride, mut number) = (Vec::new(), 1, 0_usize);
+    visit_all(&mut |point| {
+        if number.is_multiple_of(stride) && point.is_finite() {
+            samples.push(point);
+            if samples.len() == 2 * SAMPLES {
+                let mut keep = false;
+                samples.retain(|_| {
+                    keep = !keep;
+                    keep
+                });
+                stride *= 2;
+            }
+        }
+        number += 1;
+    });
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(points: &[Vec3]) -> (Vec3, Vec3) {
+        let bounds = points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), &p| (a.min(p), b.max(p)));
+        bulk(|visit| points.iter().for_each(|&point| visit(point)), bounds)
+    }
+
+    #[test]
+    fn what_is_far_from_the_rest_does_not_count() {
+        let near: Vec<Vec3> = (0..20_000).map(|i| Vec3::new((i % 100) as f32, (i / 100) as f32, 0.5)).collect();
+        assert_eq!(of(&near), (near[0], near[19_999]), "all of it");
+        for stray in [1e5, -1e7, 1e30] {
+            let with: Vec<Vec3> = near.iter().copied().chain([Vec3::splat(stray)]).collect();
+            assert_eq!(of(&with), (near[0], near[19_999]), "{stray}");
+        }
+        // Two halves far apart are both meant.
+        let halves: Vec<Vec3> = near.iter().flat_map(|&p| [p, p + Vec3::splat(1e6)]).collect();
+        assert_eq!(of(&halves).1, near[19_999] + Vec3::splat(1e6));
+        assert_eq!(of(&[Vec3::ONE, Vec3::ONE]), (Vec3::ONE, Vec3::ONE));
+        assert_eq!(of(&[]).0, Vec3::INFINITY);
+    }
+}
