@@ -55,7 +55,7 @@ fn open_quietly(name: &Path, place: Option<Place>, progress: &Progress) -> Resul
             Failure::UnknownScene(name.to_owned(), known)
         }),
         None => {
-            let options = load::Options { place, progress: progress.clone() };
+            let options = load::Options { place, progress: progress.clone(), ..load::Options::default() };
             load::load_with(name, &options).map_err(Failure::Load)
         }
     }

@@ -6,6 +6,7 @@
 //! | `format` | the table of formats, and which one a file is in |
 //! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
 //! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
+//! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
 //! | `lines` | text line by line |
@@ -26,9 +27,11 @@ mod obj_read;
 mod place;
 mod polygon;
 mod text;
+mod volume;
 
 pub use error::LoadError;
 pub use format::{FORMATS, Format, Options, load, load_with};
 pub use loaded::{Loaded, Report};
 pub use place::Place;
 pub use text::printable;
+pub use volume::{NoVoxelType, Raw, VoxelType};

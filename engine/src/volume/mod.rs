@@ -10,7 +10,7 @@ mod voxels;
 
 use std::sync::Arc;
 
-pub use grid::{Grid, GridError, GridPlace};
+pub use grid::{Grid, GridError, GridPlace, MOST_SAMPLES};
 pub(crate) use voxels::with_voxels;
 pub use voxels::{Samples, Voxels};
 
