@@ -10,10 +10,12 @@ mod progress;
 mod render;
 mod scale;
 mod scene;
+mod series;
 mod signals;
 #[cfg(feature = "window")]
 mod view;
 mod viewpoints;
+mod volumes;
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -171,7 +173,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let (level, threads) = (token.level(), counted(settings.threads, "thread"));
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
-    let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
+    let Loaded { mut scene, .. } = scene::gather(&options.scenes, options.raw.raw())?;
     scene.up = options.up.0.or(scene.up);
     if let Some(fog) = &options.fog {
         scene.medium = Some(Arc::new(fog.value));
