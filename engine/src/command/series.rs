@@ -2,8 +2,10 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use mobula::load::Loaded;
+use mobula::volume::Grid;
 
 use super::failure::Failure;
 
@@ -104,7 +106,7 @@ struct Series {
 }
 
 /// Makes one scene of all files that are the steps of time of one volume: whose names differ only in a number, and whose grids
-/// have the same sides. Others stay what they are.
+/// have the same sides, places and types. Others stay what they are.
 pub(crate) fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
     let mut list: Vec<Series> = Vec::new();
     for (name, loaded) in all {
@@ -112,7 +114,7 @@ pub(crate) fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
         let fits = |series: &Series| {
             let first = &series.files[0].1;
             let at = differ_at(&series.parts, &parts).filter(|&at| series.at.is_none_or(|there| there == at));
-            at.filter(|_| is_volume(first) && is_volume(&loaded) && dims(first) == dims(&loaded))
+            at.filter(|_| is_volume(first) && is_volume(&loaded) && alike(first, &loaded))
         };
         match list.iter_mut().find_map(|series| fits(series).map(|at| (series, at))) {
             Some((series, at)) => {
@@ -125,8 +127,11 @@ pub(crate) fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
     list.into_iter().map(Series::join).collect()
 }
 
-fn dims(loaded: &Loaded) -> Option<[usize; 3]> {
-    loaded.scene.volumes.first()?.steps.first().map(|step| step.dims())
+/// Are their grids of the same samples?
+fn alike(a: &Loaded, b: &Loaded) -> bool {
+    let grid = |loaded: &Loaded| loaded.scene.volumes.first()?.steps.first().cloned();
+    let samples = |grid: Arc<Grid>| (grid.dims(), *grid.place(), grid.voxels().type_name());
+    grid(a).map(samples) == grid(b).map(samples)
 }
 
 impl Series {

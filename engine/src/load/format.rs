@@ -92,19 +92,23 @@ pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
 
 /// The name of a format that we know but cannot load.
 fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 6] = [
+    const MAGIC: [(&[u8], &str); 9] = [
         (b"ply", "PLY"),
         (b"glTF", "glTF"),
         (b"solid", "STL"),
         (b"PK\x03\x04", "ZIP"),
         (b"\x89PNG", "PNG"),
         (b"<?xml", "XML"),
+        (b"# vtk DataFile", "VTK"),
+        (b"\x89HDF", "HDF5"),
+        (b"CDF", "NetCDF"),
     ];
-    const EXTENSIONS: [(&str, &str); 6] = [
+    const EXTENSIONS: [(&str, &str); 7] = [
         (".stl", "STL"),
         (".ply", "PLY"),
         (".gltf", "glTF"),
         (".fbx", "FBX"),
+        (".dcm", "DICOM"),
         (".3ds", "3DS"),
         (".mtl", "material (MTL)"),
     ];

@@ -179,6 +179,7 @@ fn data_files() {
         (String::new(), "which is not below its own folder"),
         ("none.raw".to_owned(), "its voxels are in the file 'none.raw', which is not there"),
         ("below".to_owned(), "which is not there"),
+        ("LIST\ns08.raw\n./s08.raw".to_owned(), "data file names './s08.raw' twice; name each file once"),
         ("LIST".to_owned(), "data file names 0 files, which cannot share 12 voxels"),
         ("s%s.raw 1 2 1".to_owned(), "data file is no pattern with numbers; write it like"),
         ("s%d.raw 1 5 1".to_owned(), "data file names 5 files, which cannot share 12 voxels"),

@@ -8,7 +8,7 @@ use super::fields::{Field, Fields, LONGEST_LINE, Wrong};
 use super::filling::filling;
 use super::header::{self, Header, check_place};
 use super::layout::Layout;
-use super::source::{MOST_FILES, Source, numbered};
+use super::source::{MOST_FILES, Source, numbered, repeated};
 use super::{VoxelType, read};
 use crate::load::input::Input;
 use crate::load::lines::Lines;
@@ -248,6 +248,9 @@ impl Meta {
         if count == 0 || !layout.voxels().is_multiple_of(count) {
             let problem = format!("names {count} files, which cannot share {} voxels", layout.voxels());
             return Err(field.wrong(problem, "name one file, or one for each slice"));
+        }
+        if let Some(name) = files.as_deref().and_then(repeated) {
+            return Err(field.wrong(format!("names {} twice", quoted(name)), "name each file once"));
         }
         let packed = fields.get("CompressedData").map(truth).transpose()?.unwrap_or(false);
         let text = !fields.get("BinaryData").map(truth).transpose()?.unwrap_or(true);

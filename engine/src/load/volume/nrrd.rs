@@ -8,7 +8,7 @@ use super::filling::filling;
 use super::header::{self, Header, check_place};
 use super::layout::Layout;
 use super::nrrd_axes::Axes;
-use super::source::{MOST_FILES, Packing, Source, numbered};
+use super::source::{MOST_FILES, Packing, Source, numbered, repeated};
 use super::{VoxelType, read};
 use crate::load::input::Input;
 use crate::load::lines::Lines;
@@ -248,8 +248,8 @@ impl NrrdFields {
         let steps = axes.in_time.map_or(1, |axis| sizes_of[axis]);
         let before = |time: usize| axes.in_space.iter().filter(|&&axis| axis < time).count();
         let layout = Layout::new(dims, steps, axes.in_time.map_or(3, before)).map_err(|fault| sizes.at(fault))?;
-        check_place(&axes.place)
-            .map_err(|fault| axes.placed_by.map_or_else(|| sizes.at(fault.clone()), |by| by.at(fault.clone())))?;
+        let placed_by = axes.placed_by.unwrap_or(sizes);
+        check_place(&axes.place).map_err(|fault| placed_by.at(fault))?;
 
         let stored = self.stored(&layout)?;
         let big_endian = match fields.get("endian") {
@@ -313,6 +313,9 @@ impl NrrdFields {
         if files.is_empty() || !layout.voxels().is_multiple_of(files.len()) {
             let problem = format!("names {} files, which cannot share {} voxels", files.len(), layout.voxels());
             return Err(field.wrong(problem, "name one file, or one for each slice or step"));
+        }
+        if let Some(name) = repeated(&files) {
+            return Err(field.wrong(format!("names {} twice", quoted(name)), "name each file once"));
         }
         Ok(files)
     }

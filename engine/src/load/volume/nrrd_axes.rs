@@ -70,29 +70,21 @@ impl<'a> Axes<'a> {
             Some(field) => field.wrong(problem, remedy),
             None => Wrong::new(1, problem, remedy),
         };
-        let in_space: [usize; 3] = match in_space[..] {
-            [x, y, z] => [x, y, z],
-            _ if in_space.len() < 3 => {
-                let problem =
-                    format!("give {} of space: a volume has three", counted(in_space.len() as u64, "dimension"));
-                return Err(wrong(problem, "pictures and lines cannot be loaded"));
-            }
-            _ => {
-                let problem =
-                    format!("give {} of space: a volume has three", counted(in_space.len() as u64, "dimension"));
-                return Err(wrong(problem, "cut the others"));
-            }
+        let &[x, y, z] = &in_space[..] else {
+            let problem = format!("give {} of space: a volume has three", counted(in_space.len() as u64, "dimension"));
+            let remedy = if in_space.len() < 3 { "pictures and lines cannot be loaded" } else { "cut the others" };
+            return Err(wrong(problem, remedy));
         };
+        let in_space = [x, y, z];
         if in_time.len() > 1 {
             return Err(wrong(format!("give {} dimensions beside space", in_time.len()), "cut all but time"));
         }
 
-        let along = ["x", "y", "z"].map(|_| DVec3::ZERO);
-        let mut place = GridPlace { origin: DVec3::ZERO, axes: along };
+        let mut place = GridPlace::with_spacing([1.0; 3]);
         for (k, &axis) in in_space.iter().enumerate() {
             let unit = [DVec3::X, DVec3::Y, DVec3::Z][k];
             // From the middle of the first to that of the last sample, or from border to border.
-            let cells = fields.any(&["centers"]).is_none_or(|field| field.words().get(axis) != Some(&"node"));
+            let cells = fields.get("centers").is_none_or(|field| field.words().get(axis) != Some(&"node"));
             let min = mins.as_ref().map_or(f64::NAN, |mins| mins[axis]);
             let max = maxs.as_ref().map_or(f64::NAN, |maxs| maxs[axis]);
             let parts = if cells { sizes[axis] } else { sizes[axis].saturating_sub(1) };

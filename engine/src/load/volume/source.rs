@@ -1,5 +1,6 @@
 //! The bytes of a file with voxels: what is skipped, unpacked, and known of how many there are.
 
+use std::collections::HashSet;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Component, Path, PathBuf};
 
@@ -177,12 +178,25 @@ pub(super) fn numbered(pattern: &str, [first, last, step]: [i64; 3]) -> Option<V
     Some((0..=count).map(|i| format!("{before}{}{after}", number(first + i * step))).collect())
 }
 
+/// A file that is named twice: its bytes would be as many voxels as the header likes.
+pub(super) fn repeated(names: &[String]) -> Option<&str> {
+    let mut seen = HashSet::new();
+    let plain = |name: &str| name.split(['/', '\\']).filter(|part| !matches!(*part, "" | ".")).collect::<PathBuf>();
+    names.iter().find(|name| !seen.insert(plain(name.trim()))).map(String::as_str)
+}
+
 /// The most files that a header may name.
 pub(super) const MOST_FILES: usize = 1 << 16;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_are_named_once() {
+        assert_eq!(repeated(&["a", "b", "b/a"].map(str::to_owned)), None);
+        assert_eq!(repeated(&["b/a", "a", ".\\b//./a "].map(str::to_owned)), Some(".\\b//./a "));
+    }
 
     #[test]
     fn names_of_series() {
