@@ -104,6 +104,12 @@ fn time_is_first_last_or_between() {
         ("2 1 3 2", "kinds: domain domain domain time", [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11]]),
         ("2 1 3 2", "spacings: 1 1 1 nan", [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11]]),
         ("2 2 1 3", "kinds: list space space space", [[0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9, 11]]),
+        (
+            "2 1 3 2",
+            "space dimension: 4\nkinds: domain domain domain domain\nspace origin: (0,0,0,5)\n\
+             space directions: (1,0,0,0) (0,1,0,0) (0,0,1,0) (0,0,0,2)",
+            [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11]],
+        ),
         ("2 2 1 3", "space directions: none (1,0,0) (0,1,0) (0,0,1)", [[0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9, 11]]),
         (
             "2 2 1 3",
@@ -241,8 +247,16 @@ fn broken_headers() {
         (encoded("raw\nline skip: 9"), ": 9 lines before the voxels are to be skipped, but it has only 1"),
         (encoded("raw\nbyte skip: 99999999999"), ": 99999999999 bytes before the voxels are to be skipped"),
         (encoded("gzip"), ": the gzip data is damaged"),
-        (with("4 3", ""), ":5: sizes give 2 dimensions of space: a volume has three; pictures"),
-        (with("12", ""), ":5: sizes give 1 dimension of space"),
+        (with("4 3", ""), ":4: dimension is 2: a volume has three dimensions; pictures and lines cannot be loaded"),
+        (with("12", ""), ":4: dimension is 1: a volume has three dimensions"),
+        (
+            with("2 3 2", "kinds: domain domain domain\nspace directions: none (0,1,0) (0,0,1)"),
+            ":8: space directions has none for",
+        ),
+        (
+            with("2 3 2", "space directions: (1,0,0,1) (0,1,0,0) (0,0,1,0)"),
+            ":7: space directions has a direction of space and",
+        ),
         (with("4 3 1", "kinds: domain domain time"), ":7: kinds give 2 dimensions of space"),
         (
             with("3 2 2 1", "kinds: RGB-color domain domain domain"),
@@ -276,7 +290,7 @@ fn broken_headers() {
         (with("18446744073709551615 4294967296 2", ""), ":5: a grid of 18446744073709551615 x"),
         (with("65536 65536 65536 65536", ""), ":5: 65536 x 65536 x 65536 samples in 65536 steps are more than fit"),
         (with("2 2 2 99999999", ""), ":5: 99999999 steps of time are more than 65536"),
-        (b"NRRD0004\ntype: int8\ndimension: 99\nsizes: 1\n\n".to_vec(), ":5: it has 99 dimensions, not 1 to 16"),
+        (b"NRRD0004\ntype: int8\ndimension: 99\nsizes: 1\n\n".to_vec(), ":5: it has 99 dimensions, not 3 to 16"),
         (text("1 two"), ": voxel 'two' is not a number"),
         (text("1 256"), ": voxel '256' is no value of type u8; change the type"),
         (text("1 0.5"), ": voxel '0.5' is no value of type u8"),

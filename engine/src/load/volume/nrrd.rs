@@ -232,12 +232,18 @@ impl NrrdFields {
     fn understand(&self, file: &Path, warnings: &mut Vec<String>) -> Result<(Header, Stored), Wrong> {
         let fields = &self.fields;
         let dimension = fields.required("dimension", self.last)?;
-        let dimension = dimension.size(&dimension.value)?;
+        let dimension = match dimension.size(&dimension.value)? {
+            count @ 0..3 => {
+                let problem = format!("is {count}: a volume has three dimensions");
+                return Err(dimension.wrong(problem, "pictures and lines cannot be loaded"));
+            }
+            count => count,
+        };
         let kind = voxel_type(fields.required("type", self.last)?)?;
         let sizes = fields.required("sizes", self.last)?;
-        let count = usize::try_from(dimension).ok().filter(|count| (1..=16).contains(count));
+        let count = usize::try_from(dimension).ok().filter(|&count| count <= 16);
         let count = count.ok_or_else(|| {
-            Wrong::new(self.last, format!("it has {dimension} dimensions, not 1 to 16"), "check how it was written")
+            Wrong::new(self.last, format!("it has {dimension} dimensions, not 3 to 16"), "check how it was written")
         })?;
         let words = sizes.so_many_words(count)?;
         let sizes_of = words.into_iter().map(|word| sizes.size(word)).collect::<Result<Vec<_>, _>>()?;

@@ -1,6 +1,6 @@
 //! Which axes of an NRRD file are those of space and of time, and where in space samples are.
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 use super::fields::{Field, Fields, Wrong};
 use crate::load::text::{counted, quoted};
@@ -44,7 +44,8 @@ impl<'a> Axes<'a> {
             }
             None => vec![Role::Unknown; count],
         };
-        let directions = fields.get("space directions").map(|field| directions(field, count)).transpose()?;
+        let with_directions = fields.get("space directions");
+        let directions = with_directions.map(|field| directions(field, &mut roles)).transpose()?;
         let of_axis = |name| fields.get(name).map(|field| field.numbers(count)).transpose();
         let [spacings, mins, maxs] = [of_axis("spacings")?, of_axis("axis mins")?, of_axis("axis maxs")?];
 
@@ -76,6 +77,12 @@ impl<'a> Axes<'a> {
             return Err(wrong(problem, remedy));
         };
         let in_space = [x, y, z];
+        if let (Some(directions), Some(field)) = (&directions, with_directions)
+            && let Some(axis) = in_space.into_iter().find(|&axis| directions[axis].is_none())
+        {
+            let problem = format!("has none for dimension {}, which is one of space", axis + 1);
+            return Err(field.wrong(problem, "give each a direction"));
+        }
         if in_time.len() > 1 {
             return Err(wrong(format!("give {} dimensions beside space", in_time.len()), "cut all but time"));
         }
@@ -109,7 +116,7 @@ impl<'a> Axes<'a> {
         }
         if let Some(field) = fields.get("space origin") {
             place.origin = match vectors(field)?[..] {
-                [Some(origin)] => origin,
+                [Some(origin)] => origin.truncate(),
                 _ => return Err(field.wrong("is not one point", "write it as (x,y,z)")),
             };
         }
@@ -145,16 +152,29 @@ fn role(field: &Field, axis: usize, kind: &str, size: u64) -> Result<Role, Wrong
     }
 }
 
-/// A vector for each axis that has one.
-fn directions(field: &Field, count: usize) -> Result<Vec<Option<DVec3>>, Wrong> {
+/// A vector of space for each axis that has one. What goes only along a fourth dimension is time.
+fn directions(field: &Field, roles: &mut [Role]) -> Result<Vec<Option<DVec3>>, Wrong> {
     let vectors = vectors(field)?;
-    field.so_many(&vectors, count)?;
-    // All that is not there may be written as no numbers too.
-    Ok(vectors.into_iter().map(|vector| vector.filter(|v| !(v.x.is_nan() && v.y.is_nan() && v.z.is_nan()))).collect())
+    field.so_many(&vectors, roles.len())?;
+    let mut directions = Vec::new();
+    for (vector, role) in vectors.into_iter().zip(roles) {
+        // What is not there may be written as no numbers too.
+        let vector = vector.filter(|vector| !vector.truncate().is_nan_mask().all());
+        let (along, later) = vector.map_or((None, 0.0), |vector| (Some(vector.truncate()), vector.w));
+        if later != 0.0 && along == Some(DVec3::ZERO) {
+            *role = Role::Time;
+            directions.push(None);
+        } else if later != 0.0 {
+            return Err(field.wrong("has a direction of space and time", "give each axis its own"));
+        } else {
+            directions.push(along);
+        }
+    }
+    Ok(directions)
 }
 
-/// Vectors in parentheses, or `none`.
-fn vectors(field: &Field) -> Result<Vec<Option<DVec3>>, Wrong> {
+/// Vectors of three or four numbers in parentheses, or `none`.
+fn vectors(field: &Field) -> Result<Vec<Option<DVec4>>, Wrong> {
     let mut vectors = Vec::new();
     let mut rest = field.value.trim_start();
     while !rest.is_empty() {
@@ -163,11 +183,14 @@ fn vectors(field: &Field) -> Result<Vec<Option<DVec3>>, Wrong> {
                 return Err(field.wrong("has a parenthesis that is not closed", "write vectors as (x,y,z)"));
             };
             let numbers = inside.split(',').map(|word| field.number(word.trim())).collect::<Result<Vec<_>, _>>()?;
-            let [x, y, z] = numbers[..] else {
-                let problem = format!("has a vector of {} numbers", numbers.len());
-                return Err(field.wrong(problem, "give three: other spaces cannot be loaded"));
-            };
-            vectors.push(Some(DVec3::new(x, y, z)));
+            vectors.push(Some(match numbers[..] {
+                [x, y, z] => DVec4::new(x, y, z, 0.0),
+                [x, y, z, w] => DVec4::new(x, y, z, w),
+                _ => {
+                    let problem = format!("has a vector of {}", counted(numbers.len() as u64, "number"));
+                    return Err(field.wrong(problem, "give three: other spaces cannot be loaded"));
+                }
+            }));
             after
         } else if let Some(after) = rest.strip_prefix("none") {
             vectors.push(None);
