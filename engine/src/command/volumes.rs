@@ -180,7 +180,7 @@ fn histogram(found: &Statistics) -> Vec<String> {
     };
     let (low, high) = (short(low), short(high));
     let between = found.histogram.len().saturating_sub(low.len() + high.len()).max(1);
-    let caption = format!("heights grow with the logarithm of counts; the highest is {}", grouped(most));
+    let caption = format!("counts on a logarithmic scale; the highest is {}", grouped(most));
     (0..ROWS).map(row).chain([format!("{low}{}{high}", " ".repeat(between)), caption]).collect()
 }
 
