@@ -4,10 +4,9 @@ use std::path::Path;
 
 use super::input::{self, Input, Packed};
 use super::loaded::Loaded;
-use super::place::Place;
-use super::volume::{Raw, meta_image, nifti, nrrd, raw};
+use super::options::Options;
+use super::volume::{meta_image, nifti, nrrd, raw};
 use super::{LoadError, obj};
-use crate::progress::Progress;
 
 /// A format that can be loaded.
 #[derive(Clone, Copy, Debug)]
@@ -43,17 +42,6 @@ pub(super) fn supported() -> String {
 /// If it cannot be read, is of no supported format, or is broken; the error is one line that says where and what to do.
 pub fn load(file: &Path) -> Result<Loaded, LoadError> {
     load_with(file, &Options::default())
-}
-
-/// How a file is loaded.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// The place of another file that is shown with it; `None`: where it finds best.
-    pub place: Option<Place>,
-    /// Of which voxels a file is full whose name is that of no format.
-    pub raw: Option<Raw>,
-    /// Where the bytes are counted that have been read.
-    pub progress: Progress,
 }
 
 /// As [`load`], with options.

@@ -32,5 +32,4 @@ mod read;
 mod source;
 mod voxel_type;
 
-pub use raw::Raw;
 pub use voxel_type::{NoVoxelType, VoxelType};

@@ -5,27 +5,12 @@ use std::path::Path;
 use super::filling::filling;
 use super::header::{self, Header, check_place};
 use super::layout::Layout;
+use super::read;
 use super::source::Source;
-use super::{VoxelType, read};
 use crate::load::input::Input;
 use crate::load::loaded::Loaded;
-use crate::load::{LoadError, Options};
+use crate::load::{LoadError, Options, Raw};
 use crate::volume::GridPlace;
-
-/// What a file of nothing but voxels does not say.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Raw {
-    /// Samples along each index of space, the first fastest.
-    pub dims: [u64; 3],
-    /// Steps of time, one after the other.
-    pub steps: u64,
-    /// Their type.
-    pub kind: VoxelType,
-    /// Do voxels start with their most significant byte?
-    pub big_endian: bool,
-    /// Distances between neighbouring samples.
-    pub spacing: [f64; 3],
-}
 
 /// Loads a file of voxels.
 pub(crate) fn load(file: &Path, mut input: Input, raw: &Raw, options: &Options) -> Result<Loaded, LoadError> {
