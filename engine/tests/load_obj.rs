@@ -209,7 +209,8 @@ fn files_that_are_not_there_or_not_obj() {
     let stl = complaint(&folder.write("a.stl", "solid a\n"));
     assert!(
         stl.ends_with(
-            ": this is in STL format, which Mobula cannot load; Mobula loads Wavefront OBJ files (.obj, .obj.gz)"
+            ": this is in STL format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), NRRD (.nrrd, .nhdr), \
+             NIfTI (.nii), MetaImage (.mha, .mhd), each also with .gz, and raw voxels (--raw-dims)"
         ),
         "{stl}"
     );

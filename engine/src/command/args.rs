@@ -22,6 +22,8 @@ use mobula::sampler::SamplerKind;
 use mobula::traverse::TraverserKind;
 use mobula_core::simd::Level;
 
+use super::volumes::RawOptions;
+
 /// Packet ray tracer for triangle meshes and spheres.
 ///
 /// Without a subcommand: opens the scene in a window if there is a display, else writes mobula.png.
@@ -73,9 +75,13 @@ pub(crate) enum Command {
 #[derive(Args, Clone, Debug)]
 pub(crate) struct SceneOptions {
     #[arg(value_name = "SCENE", help = format!(
-        "Files ({}) or generated scenes (gen:NAME), all shown together [default: the built-in scene]", extensions()
+        "Files ({}) or generated scenes (gen:NAME), all shown together; a name may have * ? # for anything, a character, a \
+         digit; volumes whose names differ in a number are steps of time [default: the built-in scene]", extensions()
     ))]
     pub(crate) scenes: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) raw: RawOptions,
 
     /// Size of the picture in pixels; a width alone has 3/4 of it as height
     #[arg(short, long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
@@ -222,8 +228,13 @@ pub(crate) struct RenderOptions {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct InfoOptions {
-    #[arg(help = format!("The file ({}), or a generated scene (gen:NAME)", extensions()))]
-    pub(crate) file: PathBuf,
+    #[arg(required = true, value_name = "FILE", help = format!(
+        "The file ({}), a generated scene (gen:NAME), or several that are shown together", extensions()
+    ))]
+    pub(crate) files: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) raw: RawOptions,
 
     /// Print one JSON object on standard output
     #[arg(long)]
@@ -253,6 +264,7 @@ impl SceneOptions {
         let mut option = |name: &str, value: Option<String>| {
             words.extend(value.map(|value| format!("--{name} {}", quoted(&value))));
         };
+        self.raw.words().into_iter().for_each(|(name, value)| option(name, value));
         option("isa", self.isa.map(|level| level.to_string()));
         option("up", self.up.0.map(|up| if up == Up::Y { "y" } else { "z" }.to_owned()));
         option("background", self.background.as_ref().map(|given| given.words.clone()));
@@ -421,7 +433,7 @@ fn fog(text: &str) -> Result<Fog, String> {
 /// How names of files end that can be loaded.
 fn extensions() -> String {
     let ends = FORMATS.iter().flat_map(|format| format.extensions);
-    ends.map(|end| format!("{end}, {end}.gz")).collect::<Vec<_>>().join(", ")
+    format!("{}; each also with .gz", ends.copied().collect::<Vec<_>>().join(", "))
 }
 
 fn png(text: &str) -> Result<PathBuf, String> {

@@ -7,7 +7,8 @@ use serde_json::json;
 use super::args::InfoOptions;
 use super::failure::Failure;
 use super::print;
-use super::scene::{grouped, open};
+use super::scene::{gather, grouped};
+use super::volumes;
 
 /// Counts that the JSON object always has.
 const KEYS: [&str; 9] = [
@@ -23,7 +24,7 @@ const KEYS: [&str; 9] = [
 ];
 
 pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
-    let loaded = open(&options.file, None)?;
+    let loaded = gather(&options.files, options.raw.raw())?;
     let (scene, report) = (&loaded.scene, &loaded.report);
     if options.json {
         let materials: Vec<_> = scene.materials.iter().map(|named| named.name.as_str()).collect();
@@ -41,9 +42,16 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
         for (item, count) in report.census.items() {
             object[item.key] = json!(count);
         }
+        let volumes: Vec<_> = scene.volumes.iter().map(volumes::object).collect();
+        // What is asked for most often: the keys of the first are the scene's too.
+        if let Some(first) = volumes.first().and_then(|first| first.as_object()) {
+            first.iter().for_each(|(key, value)| object[key] = value.clone());
+        }
+        object["volumes"] = json!(volumes);
         return print(&object);
     }
-    let mut text = format!("{}\n", printable(&options.file.display().to_string()));
+    let files: Vec<_> = options.files.iter().map(|file| file.display().to_string()).collect();
+    let mut text = format!("{}\n", printable(&files.join(" ")));
     let mut line = |name: &str, value: String| text.push_str(&format!("  {name:<21} {value}\n"));
     line("format", report.format.to_owned());
     if let Some([low, high]) = report.bounds() {
@@ -58,6 +66,9 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     }
     for named in &scene.materials {
         line("", format!("{}: {}", printable(&named.name), named.material.describe()));
+    }
+    for (name, value) in scene.volumes.iter().flat_map(volumes::lines) {
+        line(name, value);
     }
     print(&text.trim_end())
 }

@@ -10,7 +10,9 @@ mod progress;
 mod render;
 mod scale;
 mod scene;
+mod series;
 mod signals;
+mod surfaces;
 #[cfg(feature = "window")]
 mod view;
 mod viewpoints;
@@ -188,8 +190,8 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let (level, threads) = (token.level(), counted(settings.threads, "thread"));
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
-    let Loaded { mut scene, .. } = scene::gather(&options.scenes)?;
-    volumes::show(&mut scene, &options.volumes)?;
+    let Loaded { mut scene, .. } = scene::gather(&options.scenes, options.raw.raw())?;
+    surfaces::show(&mut scene, &options.volumes)?;
     scene.up = options.up.0.or(scene.up);
     if let Some(fog) = &options.fog {
         scene.medium = Some(Arc::new(fog.value));

@@ -4,29 +4,33 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mobula::geometry::Role;
-use mobula::load::{self, Loaded, Place, Report, printable};
+use mobula::load::{self, Loaded, Place, Raw, Report, printable};
 use mobula::progress::Progress;
 use mobula::scene::SceneDescription;
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
 use super::progress::watch;
-use super::{say, tell};
+use super::{say, series, tell};
 
 /// More warnings than these are only counted.
 const MOST_WARNINGS: usize = 8;
 
-/// Loads or makes all scenes and joins them into one; none: the built-in scene.
-pub(crate) fn gather(names: &[PathBuf]) -> Result<Loaded, Failure> {
-    if names.is_empty() {
-        let scene = builtin::scene();
-        return Ok(made(scene));
-    }
-    let mut names = names.iter();
-    let mut all = open(names.next().expect("not empty"), None)?;
+/// Loads or makes all scenes and joins them into one; none: the built-in scene. `raw` says what is in files of nothing but voxels.
+pub(crate) fn gather(names: &[PathBuf], raw: Option<Raw>) -> Result<Loaded, Failure> {
+    let mut place = None;
+    let mut parts: Vec<(PathBuf, Loaded)> = Vec::new();
     for name in names {
-        // Files that belong together stay together, wherever the first was put.
-        let Loaded { scene, report, .. } = open(name, Some(all.place))?;
+        for name in series::expand(name)? {
+            let loaded = open(&name, place, raw)?;
+            // Files that belong together stay together, wherever the first was put.
+            place = place.or(Some(loaded.place));
+            parts.push((name, loaded));
+        }
+    }
+    let mut parts = series::join(parts).into_iter();
+    let Some(mut all) = parts.next() else { return Ok(made(builtin::scene())) };
+    for Loaded { scene, report, .. } in parts {
         all.scene.merge(scene);
         all.report.merge(report);
     }
@@ -34,18 +38,18 @@ pub(crate) fn gather(names: &[PathBuf]) -> Result<Loaded, Failure> {
 }
 
 /// Loads or makes one scene, and tells people about it.
-pub(crate) fn open(name: &Path, place: Option<Place>) -> Result<Loaded, Failure> {
+fn open(name: &Path, place: Option<Place>, raw: Option<Raw>) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let progress = Progress::default();
     let what = format!("loading {}", printable(&name.display().to_string()));
-    let loaded = watch(&what, &progress, || open_quietly(name, place, &progress))?;
+    let loaded = watch(&what, &progress, || open_quietly(name, place, raw, &progress))?;
     warn(&loaded.report.warnings);
     let seconds = start.elapsed().as_secs_f64();
     tell!("mobula: {}: {}, loaded in {seconds:.2} s", printable(&loaded.scene.name), contents(&loaded));
     Ok(loaded)
 }
 
-fn open_quietly(name: &Path, place: Option<Place>, progress: &Progress) -> Result<Loaded, Failure> {
+fn open_quietly(name: &Path, place: Option<Place>, raw: Option<Raw>, progress: &Progress) -> Result<Loaded, Failure> {
     match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
         Some(name) if !generate::has_memory(name) => {
             Err(Failure::Output(format!("{name}: there is no memory for this scene")))
@@ -55,7 +59,7 @@ fn open_quietly(name: &Path, place: Option<Place>, progress: &Progress) -> Resul
             Failure::UnknownScene(name.to_owned(), known)
         }),
         None => {
-            let options = load::Options { place, progress: progress.clone() };
+            let options = load::Options { place, raw, progress: progress.clone() };
             load::load_with(name, &options).map_err(Failure::Load)
         }
     }
@@ -119,7 +123,7 @@ mod tests {
 
     #[test]
     fn the_built_in_scene_is_counted() {
-        let loaded = gather(&[]).unwrap();
+        let loaded = gather(&[], None).unwrap();
         let census = &loaded.report.census;
         assert!(census.count("triangles") > 0 && census.count("spheres") > 0);
         assert_eq!(census.left_out(), 0);

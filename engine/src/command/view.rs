@@ -25,7 +25,7 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
         Ok(connection) => show(connection, options),
         Err(error) => {
             // What is wrong with the scenes is told first: it is wrong on every display.
-            scene::gather(&options.scenes)?;
+            scene::gather(&options.scenes, options.raw.raw())?;
             Err(error.into())
         }
     }

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::input::{self, Input};
+use super::input::{self, Input, Packed};
 use super::loaded::Loaded;
-use super::place::Place;
+use super::options::Options;
+use super::volume::{meta_image, nifti, nrrd, raw};
 use super::{LoadError, obj};
-use crate::progress::Progress;
 
 /// A format that can be loaded.
 #[derive(Clone, Copy, Debug)]
@@ -17,21 +17,23 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Does the start of a file, unpacked, look like it?
     pub sniff: fn(&[u8]) -> bool,
-    /// Loads an opened file, to a place or where it finds best.
-    load: fn(&Path, Input, Option<Place>) -> Result<Loaded, LoadError>,
+    /// Loads an opened file.
+    load: fn(&Path, Input, &Options) -> Result<Loaded, LoadError>,
 }
 
 /// All formats: a new one is a file and a line here.
-pub const FORMATS: &[Format] =
-    &[Format { name: "Wavefront OBJ", extensions: &[".obj"], sniff: obj::looks_like, load: obj::load }];
+pub const FORMATS: &[Format] = &[
+    Format { name: "Wavefront OBJ", extensions: &[".obj"], sniff: obj::looks_like, load: obj::load },
+    Format { name: "NRRD", extensions: &[".nrrd", ".nhdr"], sniff: nrrd::looks_like, load: nrrd::load },
+    Format { name: "NIfTI", extensions: &[".nii"], sniff: nifti::looks_like, load: nifti::load },
+    Format { name: "MetaImage", extensions: &[".mha", ".mhd"], sniff: meta_image::looks_like, load: meta_image::load },
+];
 
 /// What can be loaded, for messages.
 pub(super) fn supported() -> String {
-    let format = |format: &Format| {
-        let names: Vec<String> = format.extensions.iter().map(|end| format!("{end}, {end}.gz")).collect();
-        format!("{} files ({})", format.name, names.join(", "))
-    };
-    format!("Mobula loads {}", FORMATS.iter().map(format).collect::<Vec<_>>().join(", "))
+    let format = |format: &Format| format!("{} ({})", format.name, format.extensions.join(", "));
+    let formats: Vec<_> = FORMATS.iter().map(format).collect();
+    format!("Mobula loads {}, each also with .gz, and raw voxels (--raw-dims)", formats.join(", "))
 }
 
 /// Loads a file, choosing the format by its name and its content; `-` is the standard input.
@@ -42,34 +44,33 @@ pub fn load(file: &Path) -> Result<Loaded, LoadError> {
     load_with(file, &Options::default())
 }
 
-/// How a file is loaded.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// The place of another file that is shown with it; `None`: where it finds best.
-    pub place: Option<Place>,
-    /// Where the bytes are counted that have been read.
-    pub progress: Progress,
-}
-
 /// As [`load`], with options.
 ///
 /// # Errors
 /// Those of [`load`].
 pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
-    let place = options.place;
     let name = file.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
     let named = |format: &&Format| format.extensions.iter().any(|end| stem.ends_with(end));
+    let named = FORMATS.iter().find(named);
+    if let (Some(raw), None) = (&options.raw, named) {
+        let packed = if name.ends_with(".gz") { Packed::AsItStarts } else { Packed::No };
+        return raw::load(file, input::open_bytes(file, &options.progress, packed)?, raw, options);
+    }
     let mut input = input::open(file, &options.progress)?;
-    if let Some(format) = FORMATS.iter().find(named) {
-        return (format.load)(file, input, place);
+    if let Some(format) = named {
+        return (format.load)(file, input, options);
     }
     // What cannot be read is told by whoever reads it.
     let start = input.start().unwrap_or_default().to_vec();
     if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
-        return (format.load)(file, input, place);
+        return (format.load)(file, input, options);
     }
     let problem = match known_format(&start, stem) {
+        None if [".raw", ".img", ".dat", ".bin", ".vol"].iter().any(|end| stem.ends_with(end)) => {
+            let remedy = "for voxels say of which: --raw-dims X,Y,Z --raw-type u16";
+            return Err(LoadError::new(file, "this is in no format that Mobula knows", remedy));
+        }
         Some(format) => format!("this is in {format} format, which Mobula cannot load"),
         None if start.is_empty() => "the file is empty".into(),
         None => "this is in no format that Mobula knows".into(),
@@ -79,22 +80,23 @@ pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
 
 /// The name of a format that we know but cannot load.
 fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 7] = [
+    const MAGIC: [(&[u8], &str); 9] = [
         (b"ply", "PLY"),
-        (b"NRRD", "NRRD"),
         (b"glTF", "glTF"),
         (b"solid", "STL"),
         (b"PK\x03\x04", "ZIP"),
         (b"\x89PNG", "PNG"),
         (b"<?xml", "XML"),
+        (b"# vtk DataFile", "VTK"),
+        (b"\x89HDF", "HDF5"),
+        (b"CDF", "NetCDF"),
     ];
-    const EXTENSIONS: [(&str, &str); 8] = [
+    const EXTENSIONS: [(&str, &str); 7] = [
         (".stl", "STL"),
         (".ply", "PLY"),
-        (".nrrd", "NRRD"),
-        (".nhdr", "NRRD"),
         (".gltf", "glTF"),
         (".fbx", "FBX"),
+        (".dcm", "DICOM"),
         (".3ds", "3DS"),
         (".mtl", "material (MTL)"),
     ];

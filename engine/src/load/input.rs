@@ -25,6 +25,10 @@ pub(super) struct Input {
     pub(super) reader: Box<dyn BufRead>,
     /// Was it gzip?
     pub(super) gzip: bool,
+    /// How many bytes there are where that is known: in regular files that are not packed.
+    pub(super) length: Option<u64>,
+    /// It may unpack to this much whatever its size.
+    allowed: Rc<Cell<u64>>,
     /// Bytes behind the gzip data, once they were met.
     trailing: Rc<Cell<bool>>,
 }
@@ -36,6 +40,11 @@ impl Input {
         Ok(&start[..start.len().min(START)])
     }
 
+    /// So many bytes are expected from here on: no limit is put on what they were packed to.
+    pub(super) fn allow(&self, bytes: u64) {
+        self.allowed.set(self.allowed.get().max(bytes.saturating_add(UNPACKED_BASE)));
+    }
+
     /// What people should know, once all is read.
     pub(super) fn warning(&self, file: &Path) -> Option<String> {
         let warning = || format!("{}: what follows the gzip data is left out", file.display());
@@ -43,9 +52,34 @@ impl Input {
     }
 }
 
-/// Opens `file`, looking at its first bytes to see whether it is gzip. `-` is the standard input. What is read of a file counts
-/// as progress.
+/// Opens `file`, looking at its first bytes to see whether it is gzip or UTF-16. `-` is the standard input. What is read of a file
+/// counts as progress.
 pub(super) fn open(file: &Path, progress: &Progress) -> Result<Input, LoadError> {
+    let mut input = open_bytes(file, progress, Packed::AsItStarts)?;
+    let start =
+        input.reader.fill_buf().map_err(|e| if input.gzip { damaged(file, &e) } else { unreadable(file, &e) })?;
+    if let Some(big_endian) = utf16(start) {
+        input.reader = Box::new(BufReader::with_capacity(
+            1 << 16,
+            Utf16 { input: input.reader, big_endian, high: None, out: Vec::new(), sent: 0 },
+        ));
+        input.length = None;
+    }
+    Ok(input)
+}
+
+/// Whether a file is unpacked as it is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Packed {
+    /// If it starts like gzip.
+    AsItStarts,
+    /// Never.
+    No,
+}
+
+/// As [`open`], of bytes that are no text.
+pub(super) fn open_bytes(file: &Path, progress: &Progress, packed: Packed) -> Result<Input, LoadError> {
+    let mut length = None;
     let handle: Box<dyn Read> = if file == Path::new("-") {
         Box::new(io::stdin())
     } else {
@@ -55,21 +89,26 @@ pub(super) fn open(file: &Path, progress: &Progress) -> Result<Input, LoadError>
             return Err(LoadError::new(file, "is a directory", "name a file in it"));
         }
         progress.expect(metadata.len());
+        length = metadata.is_file().then_some(metadata.len());
         Box::new(Watched { input: handle, progress: progress.clone() })
     };
-    let trailing = Rc::new(Cell::new(false));
+    let (allowed, trailing) = (Rc::new(Cell::new(UNPACKED_BASE)), Rc::new(Cell::new(false)));
     let mut reader = ahead(handle);
     let start = reader.fill_buf().map_err(|e| unreadable(file, &e))?;
-    if !start.starts_with(&GZIP) {
-        return Ok(Input { reader: as_utf8(reader).map_err(|e| unreadable(file, &e))?, gzip: false, trailing });
+    if packed == Packed::No || !start.starts_with(&GZIP) {
+        return Ok(Input { reader: Box::new(reader), gzip: false, length, allowed, trailing });
     }
     let packed = Rc::new(Cell::new(0));
     let counted = BufReader::with_capacity(1 << 16, Counted { input: reader, count: packed.clone() });
     let members = Members { state: Member::Unpacking(GzDecoder::new(counted)), trailing: trailing.clone() };
-    let capped = Capped { input: members, packed, unpacked: 0 };
+    let capped = Capped { input: members, packed, allowed: allowed.clone(), unpacked: 0 };
     // What is damaged from the start is told by whoever reads it.
-    let reader = ahead(Box::new(capped));
-    Ok(Input { reader: as_utf8(reader).map_err(|e| damaged(file, &e))?, gzip: true, trailing })
+    Ok(Input { reader: Box::new(ahead(Box::new(capped))), gzip: true, length: None, allowed, trailing })
+}
+
+/// What gzip data unpacks to, without a limit: for those who know how much they want.
+pub(super) fn gunzip(packed: Box<dyn BufRead>) -> Box<dyn Read> {
+    Box::new(Members { state: Member::Unpacking(GzDecoder::new(packed)), trailing: Rc::default() })
 }
 
 /// A reader whose buffer holds the whole start of a file, also of one that comes in small pieces, as from a pipe.
@@ -128,7 +167,7 @@ pub(super) fn explain(error: &io::Error, gzip: bool) -> (String, &'static str) {
 }
 
 /// How gzip data starts.
-const GZIP: [u8; 2] = [0x1f, 0x8b];
+pub(super) const GZIP: [u8; 2] = [0x1f, 0x8b];
 
 /// The members of a gzip file one after the other, as gunzip reads them: what follows the last and is no gzip data is left out.
 struct Members<R> {
@@ -194,6 +233,7 @@ impl<R: Read> Read for Counted<R> {
 struct Capped<R> {
     input: R,
     packed: Rc<Cell<u64>>,
+    allowed: Rc<Cell<u64>>,
     unpacked: u64,
 }
 
@@ -201,7 +241,8 @@ impl<R: Read> Read for Capped<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.input.read(buffer)?;
         self.unpacked += count as u64;
-        let limit = UNPACKED_BASE.saturating_add(self.packed.get().saturating_mul(UNPACKED_RATIO));
+        let by_size = UNPACKED_BASE.saturating_add(self.packed.get().saturating_mul(UNPACKED_RATIO));
+        let limit = by_size.max(self.allowed.get());
         if self.unpacked > limit {
             let text = format!(
                 "unpacks to more than {} MiB, out of proportion to its size ({} MiB + {UNPACKED_RATIO} times)",
@@ -214,18 +255,14 @@ impl<R: Read> Read for Capped<R> {
     }
 }
 
-/// The same as UTF-8 if it is UTF-16, which a byte order mark or every other byte being zero tells.
-fn as_utf8(mut reader: BufReader<Box<dyn Read>>) -> io::Result<Box<dyn BufRead>> {
-    let big_endian = match *reader.fill_buf()? {
-        [0xff, 0xfe, 0, 0, ..] => return Ok(Box::new(reader)),
-        [0xff, 0xfe, ..] | [1..=255, 0, 1..=255, 0, ..] => false,
-        [0xfe, 0xff, ..] | [0, 1..=255, 0, 1..=255, ..] => true,
-        _ => return Ok(Box::new(reader)),
-    };
-    Ok(Box::new(BufReader::with_capacity(
-        1 << 16,
-        Utf16 { input: reader, big_endian, high: None, out: Vec::new(), sent: 0 },
-    )))
+/// Is it UTF-16, which a byte order mark or every other byte being zero tells, and is it big-endian?
+fn utf16(start: &[u8]) -> Option<bool> {
+    match *start {
+        [0xff, 0xfe, 0, 0, ..] => None,
+        [0xff, 0xfe, ..] | [1..=255, 0, 1..=255, 0, ..] => Some(false),
+        [0xfe, 0xff, ..] | [0, 1..=255, 0, 1..=255, ..] => Some(true),
+        _ => None,
+    }
 }
 
 /// UTF-16 as UTF-8; what is no character becomes U+FFFD.

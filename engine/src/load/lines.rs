@@ -38,13 +38,19 @@ pub(super) struct Lines<R> {
     input: R,
     /// The line last read, or of several that were joined the last, counted from 1.
     pub(super) number: u64,
+    longest: usize,
     raw: Vec<u8>,
     line: String,
 }
 
 impl<R: BufRead> Lines<R> {
     pub(super) fn new(input: R) -> Self {
-        Self { input, number: 0, raw: Vec::new(), line: String::new() }
+        Self::no_longer_than(LONGEST_LINE, input)
+    }
+
+    /// Lines of more than so many bytes are faults.
+    pub(super) fn no_longer_than(longest: usize, input: R) -> Self {
+        Self { input, number: 0, longest, raw: Vec::new(), line: String::new() }
     }
 
     /// The next line, without its end, and its number. A backslash at the end joins a line to the next if `joins` says so of it.
@@ -100,14 +106,14 @@ impl<R: BufRead> Lines<R> {
             if returned && self.input.fill_buf().is_ok_and(|buffer| buffer.starts_with(b"\n")) {
                 self.input.consume(1);
             }
+            if self.raw.len() > self.longest {
+                self.number += 1;
+                let problem = format!("a line of more than {} KiB", self.longest >> 10);
+                return Err(Fault::new(problem, "check that it is a text file").into());
+            }
             if end.is_some() {
                 self.number += 1;
                 return Ok(true);
-            }
-            if self.raw.len() > LONGEST_LINE {
-                self.number += 1;
-                let problem = format!("a line of more than {} MiB", LONGEST_LINE >> 20);
-                return Err(Fault::new(problem, "check that it is a text file").into());
             }
         }
     }

@@ -4,8 +4,10 @@
 //! | file | idea |
 //! |---|---|
 //! | `format` | the table of formats, and which one a file is in |
+//! | `options` | how a file is loaded, beside what it says itself |
 //! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
 //! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
+//! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
 //! | `lines` | text line by line |
@@ -23,12 +25,16 @@ mod mtl;
 mod mtl_check;
 mod obj;
 mod obj_read;
+mod options;
 mod place;
 mod polygon;
 mod text;
+mod volume;
 
 pub use error::LoadError;
-pub use format::{FORMATS, Format, Options, load, load_with};
+pub use format::{FORMATS, Format, load, load_with};
 pub use loaded::{Loaded, Report};
+pub use options::{Options, Raw};
 pub use place::Place;
 pub use text::printable;
+pub use volume::{NoVoxelType, VoxelType};

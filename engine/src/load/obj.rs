@@ -8,12 +8,12 @@ use super::mtl::Library;
 use super::obj_read::{Obj, Seen};
 use super::place::Place;
 use super::text::quoted;
-use super::{LoadError, polygon};
+use super::{LoadError, Options, polygon};
 use crate::geometry::{DEFAULT_MATERIAL, Geometry, Mesh, MeshGroup, NO_INDEX};
 use crate::scene::SceneDescription;
 
 /// Loads an OBJ file and the MTL files beside it.
-pub(super) fn load(file: &Path, mut input: Input, place: Option<Place>) -> Result<Loaded, LoadError> {
+pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<Loaded, LoadError> {
     let read = Obj::read(&mut input.reader);
     let mut obj = read.map_err(|(line, stop)| stop.into_error(file, line, input.gzip))?;
     if obj.corners.is_empty() {
@@ -24,7 +24,7 @@ pub(super) fn load(file: &Path, mut input: Input, place: Option<Place>) -> Resul
     let material_of = materials(file, &obj, &library, &mut warnings);
 
     let faces = obj.corners.len();
-    let place = place.unwrap_or_else(|| Place::of(&obj.positions, &obj.indices[0]));
+    let place = options.place.unwrap_or_else(|| Place::of(&obj.positions, &obj.indices[0]));
     warnings.extend(place.warning().map(|text| format!("{}: {text}", file.display())));
     warnings.extend(left_out(file, &obj));
     warnings.extend(input.warning(file));

@@ -36,6 +36,11 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// So many of something.
+pub(super) fn counted(count: u64, one: &str) -> String {
+    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
+}
+
 /// At most 40 characters of text from a file, made safe to print on one line.
 pub(super) fn quoted(text: &str) -> String {
     let mut short: String = text.chars().take(40).collect();

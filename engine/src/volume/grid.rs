@@ -113,11 +113,7 @@ impl Grid {
     /// The least and the greatest value that is a number; `None` if none is.
     #[expect(clippy::useless_conversion, reason = "useless for one of the types")]
     pub fn range(&self) -> Option<[f64; 2]> {
-        let [low, high] = with_voxels!(&self.voxels, |voxels| {
-            voxels.iter().map(|&voxel| f64::from(voxel)).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [if x < low { x } else { low }, if x > high { x } else { high }]
-            })
-        });
+        let [low, high] = with_voxels!(&self.voxels, |voxels| ends(voxels));
         let [a, b] = [low, high].map(|voxel| self.value_of(voxel));
         (low <= high).then_some([a.min(b), a.max(b)])
     }
@@ -131,6 +127,14 @@ impl Grid {
     pub fn value_of(&self, voxel: f64) -> f64 {
         voxel * self.scale[0] + self.scale[1]
     }
+}
+
+/// The least and the greatest of some numbers.
+fn ends<V: Copy + Into<f64>>(voxels: &[V]) -> [f64; 2] {
+    voxels.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &voxel| {
+        let x = voxel.into();
+        [if x < low { x } else { low }, if x > high { x } else { high }]
+    })
 }
 
 #[cfg(test)]

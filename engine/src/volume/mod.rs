@@ -3,17 +3,17 @@
 //! | file | idea |
 //! |---|---|
 //! | `grid` | the values of one step, and where in space they are |
-//! | `histogram` | how often values are in a grid |
+//! | `statistics` | which values there are, and how often |
 //! | `voxels` | values in the type that they came in |
 
 mod grid;
-mod histogram;
+mod statistics;
 mod voxels;
 
 use std::sync::Arc;
 
 pub use grid::{Grid, GridError, GridPlace, MOST_SAMPLES};
-pub use histogram::Histogram;
+pub use statistics::{BINS, Statistics};
 pub(crate) use voxels::with_voxels;
 pub use voxels::{Samples, Voxels};
 

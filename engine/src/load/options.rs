@@ -1,0 +1,31 @@
+//! How a file is loaded, beside what it says itself.
+
+use super::place::Place;
+use super::volume::VoxelType;
+use crate::progress::Progress;
+
+/// How a file is loaded.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The place of another file that is shown with it; `None`: where it finds best.
+    pub place: Option<Place>,
+    /// Of which voxels a file is full whose name is that of no format.
+    pub raw: Option<Raw>,
+    /// Where the bytes are counted that have been read.
+    pub progress: Progress,
+}
+
+/// What a file of nothing but voxels does not say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Raw {
+    /// Samples along each index of space, the first fastest.
+    pub dims: [u64; 3],
+    /// Steps of time, one after the other.
+    pub steps: u64,
+    /// Their type.
+    pub kind: VoxelType,
+    /// Do voxels start with their most significant byte?
+    pub big_endian: bool,
+    /// Distances between neighbouring samples.
+    pub spacing: [f64; 3],
+}
