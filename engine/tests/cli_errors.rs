@@ -50,7 +50,8 @@ fn wrong_usage_is_2_and_says_what_is_right() {
     for (words, expected) in [
         (&["rendr"][..], "is it `mobula render`?"),
         (&["inof", "pyramid.obj"], "is it `mobula info`?"),
-        (&["-q", "render"], "mobula render --quiet"),
+        (&["-q", "render"], "mobula render ..."),
+        (&["RENDER"], "is it `mobula render`?"),
         (&["man", "rendr"], "there are render, "),
     ] {
         let done = folder.run(words);
@@ -321,4 +322,24 @@ fn without_a_display_scenes_are_told_of_first() {
     assert!(!line.contains(".rs") && !line.contains("/"), "{line}");
     let done = folder.run(&["view", "none.obj"]);
     assert!(error_line(&done.err).starts_with("none.obj: no such file"), "{done:?}");
+}
+
+#[cfg(all(target_os = "linux", target_pointer_width = "64"))]
+#[test]
+fn no_memory_in_the_middle_of_something_is_a_failure_too() {
+    let folder = Folder::new("little");
+    folder.write("pyramid.obj", PYRAMID);
+    for (limit, words) in [
+        (360_000, &["-s", "4000", "--samples", "1", "--stereo", "anaglyph", "pyramid.obj"][..]),
+        (150_000, &["-s", "3000", "--samples", "1", "--stereo", "side-by-side", "pyramid.obj"]),
+        (75_000, &["-s", "64", "-t", "16", "gen:terr245k"]),
+    ] {
+        let limited = format!("ulimit -v {limit} && exec \"$0\" render -o out.png \"$@\"");
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", &limited, env!("CARGO_BIN_EXE_mobula")]).args(words).current_dir(&folder.0);
+        let done = support::Done::new(command.output().unwrap());
+        assert_eq!(done.code, Some(1), "{words:?}: {done:?}");
+        assert!(done.err.contains("memory"), "{words:?}: {}", done.err);
+    }
+    assert_eq!(folder.files(), ["pyramid.obj"]);
 }

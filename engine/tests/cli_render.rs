@@ -174,10 +174,13 @@ fn every_frame_is_written_where_there_is_a_place_for_its_number() {
     };
     assert_eq!(written(&["a-##.png", "--frames", "3"]), ["a-00.png", "a-01.png", "a-02.png"]);
     assert_eq!(written(&["a.png", "--frames", "3"]), ["a.png"]);
-    assert_eq!(written(&["#.png", "--frames", "2", "--channels", "2"]), ["0-0.png", "0-1.png", "1-0.png", "1-1.png"]);
-    assert_eq!(written(&["#.png", "--frames", "2", "--stereo", "anaglyph"]), ["0.png", "1.png"]);
+    assert_eq!(
+        written(&["##.png", "--frames", "2", "--channels", "2"]),
+        ["00-0.png", "00-1.png", "01-0.png", "01-1.png"]
+    );
+    assert_eq!(written(&["##.png", "--frames", "2", "--stereo", "anaglyph"]), ["00.png", "01.png"]);
     // From coarse to fine.
-    assert_eq!(written(&["#.png", "--traverser", "progressive"]), ["0.png", "1.png", "2.png", "3.png"]);
+    assert_eq!(written(&["##.png", "--traverser", "progressive"]), ["00.png", "01.png", "02.png", "03.png"]);
 }
 
 #[test]
@@ -214,4 +217,61 @@ fn scaling_is_projected_unless_the_machine_is_busy() {
     } else {
         assert!(done.code == Some(0) && projected.len() >= handovers, "{done:?}");
     }
+}
+
+#[test]
+fn a_stray_vertex_hides_nothing_and_costs_nothing() {
+    let folder = Folder::new("stray");
+    let n = 150;
+    let height = |x: usize, z: usize| (x as f32 * 0.37).sin() * (z as f32 * 0.23).cos();
+    let mut text = String::new();
+    for i in 0..n * n {
+        text += &format!("v {} {} {}\n", i % n, height(i % n, i / n), i / n);
+    }
+    for i in (0..n * n - n).filter(|i| i % n < n - 1) {
+        let (a, b) = (i + 1, i + n + 1);
+        text += &format!("f {a} {b} {}\nf {a} {} {}\n", b + 1, b + 1, a + 1);
+    }
+    let view =
+        ["--eye", "75,60,-40", "--at", "75,0,75", "--size", "100x75", "--samples", "1", "--json", "-o", "out.png"];
+    let seconds = |scene: &str| {
+        let done = folder.run(&[&["render", scene], &view[..]].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        serde_json::from_str::<Value>(&done.out).unwrap()["seconds"].as_f64().unwrap()
+    };
+    folder.write("plain.obj", &text);
+    let plain = (0..3).map(|_| seconds("plain.obj")).fold(f64::INFINITY, f64::min);
+    for far in ["1e5", "1e6", "1e7", "1e12"] {
+        folder.write("stray.obj", format!("{text}v {far} 0 0\nv {far} 1 0\nv {far} 0 1\nf -1 -2 -3\n"));
+        // Brute force takes a hundred times as long, and more; a busy machine some times as long.
+        let stray = (0..3).map(|_| seconds("stray.obj")).fold(f64::INFINITY, f64::min);
+        assert!(stray < 8.0 * plain + 0.05, "{far}: {stray} s for {plain} s, with shadows");
+    }
+    let done = folder.run(&["render", "stray.obj", "--size", "100x75", "-o", "framed.png"]);
+    assert!(done.err.contains("warning: some of the scene is far from the rest"), "{done:?}");
+    let colours: std::collections::HashSet<_> =
+        picture(&folder.0.join("framed.png")).2.chunks(3).map(<[u8]>::to_vec).collect();
+    assert!(colours.len() > 500, "the grid is not to be seen");
+}
+
+#[test]
+fn eyes_and_bounds_are_in_the_coordinates_of_the_file() {
+    let folder = Folder::new("moved");
+    let at = |x: f64, y: f64| {
+        let corner =
+            |i: u32| format!("v {} {} {}\n", x + f64::from(i & 1), y + f64::from(i >> 1 & 1), f64::from(i >> 2));
+        (0..8).map(corner).collect::<String>() + "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+    };
+    folder.write("near.obj", at(0.0, 0.0));
+    folder.write("far.obj", at(4e6, 5e6));
+    for (scene, eye, aim) in [("near", "3,3.5,2", "0,0,0"), ("far", "4000003,5000003.5,2", "4000000,5000000,0")] {
+        let (file, out) = (format!("{scene}.obj"), format!("{scene}.png"));
+        let done = folder.run(&["render", &file, "--eye", eye, "--at", aim, "--size", "64x48", "-o", &out]);
+        assert_eq!(done.code, Some(0), "{done:?}");
+    }
+    let colours: std::collections::HashSet<_> =
+        picture(&folder.0.join("far.png")).2.chunks(3).map(<[u8]>::to_vec).collect();
+    assert!(colours.len() > 20 && picture(&folder.0.join("near.png")).0 == 64);
+    let json: Value = serde_json::from_str(&folder.run(&["info", "far.obj", "--json"]).out).unwrap();
+    assert_eq!(json["bounds"], serde_json::json!([[4e6, 5e6, 0.0], [4_000_001.0, 5_000_001.0, 1.0]]));
 }

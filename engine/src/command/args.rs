@@ -107,11 +107,11 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) renderer: RendererKind,
 
-    /// Samples per pixel, a square number up to 1024 [default: 16 for files, else 1]
+    /// Samples per pixel, a square number up to 1024 [default: 16 for pictures in files, else 1]
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
     pub(crate) samples: Option<SamplerKind>,
 
-    /// Pixel sampler: single, or jittered:K for K x K samples per pixel [default: jittered:4 for files, else single]
+    /// Pixel sampler: single, or jittered:K for K x K samples per pixel [default: jittered:4 for pictures in files, else single]
     #[arg(long, value_name = "NAME")]
     pub(crate) sampler: Option<SamplerKind>,
 
@@ -134,13 +134,13 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) camera: CameraKind,
 
-    /// Position of the eye [default: frames the scene]
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    pub(crate) eye: Option<Vec3>,
+    /// Position of the eye, as files have it [default: frames the scene]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub(crate) eye: Option<Point>,
 
     /// Point to look at
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    pub(crate) at: Option<Vec3>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub(crate) at: Option<Point>,
 
     /// Vertical field of view in degrees
     #[arg(long, value_name = "DEGREES", value_parser = fov)]
@@ -197,7 +197,7 @@ pub(crate) struct RenderOptions {
     #[command(flatten)]
     pub(crate) scene: SceneOptions,
 
-    /// The PNG file to write; with #### in its name every frame is, under its number in so many digits
+    /// The PNG file to write; with #### in its name every frame is, under its number in so many digits, at least two
     #[arg(short, long, value_name = "FILE", default_value = "mobula.png", value_parser = png)]
     pub(crate) output: PathBuf,
 
@@ -285,6 +285,13 @@ impl SceneOptions {
 #[cfg(feature = "window")]
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-+=:,./%@".contains(c);
+    if word.contains(char::is_control) {
+        // As bash, zsh and others read it; bytes, so that no control character is shown.
+        let bytes = word.bytes().map(|b| {
+            if b.is_ascii_graphic() && !b"'\\".contains(&b) { char::from(b).to_string() } else { format!("\\x{b:02x}") }
+        });
+        return format!("$'{}'", bytes.collect::<String>());
+    }
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()
     } else {
@@ -313,7 +320,7 @@ fn size(text: &str) -> Result<Size, String> {
         let side = digits.then(|| text.parse().unwrap_or(usize::MAX));
         side.ok_or_else(|| "write it as WIDTHxHEIGHT, such as 1024x768".to_owned())
     };
-    let (width, height) = match text.split_once(['x', 'X', '×']) {
+    let (width, height) = match text.split_once(['x', 'X', '×', '*', ',']) {
         Some((width, height)) => (side(width.trim())?, side(height.trim())?),
         None => side(text).map(|width| (width, if width < 2 { width } else { width.saturating_mul(3) / 4 }))?,
     };
@@ -343,12 +350,23 @@ fn samples(text: &str) -> Result<SamplerKind, String> {
     Ok(if side == 1 { SamplerKind::Single } else { SamplerKind::Jittered { side } })
 }
 
-fn vector(text: &str) -> Result<Vec3, String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+/// A point with the numbers of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Point(pub(crate) [f64; 3]);
+
+fn point(text: &str) -> Result<Point, String> {
+    let parts: Vec<&str> = text.split([',', ' ']).filter(|part| !part.is_empty()).collect();
+    let numbers: Vec<f64> = parts.iter().filter_map(|part| finite(part).ok()).collect();
     match numbers[..] {
-        [x, y, z] if numbers.iter().all(|x| x.is_finite()) && text.split(',').count() == 3 => Ok(Vec3::new(x, y, z)),
+        [x, y, z] if parts.len() == 3 && !text.contains(",,") => Ok(Point([x, y, z])),
         _ => Err("write three numbers with commas between them, such as 1,2.5,-3".into()),
     }
+}
+
+fn vector(text: &str) -> Result<Vec3, String> {
+    let Point([x, y, z]) = point(text)?;
+    let vector = Vec3::new(x as f32, y as f32, z as f32);
+    if vector.is_finite() { Ok(vector) } else { Err("the numbers are too large".into()) }
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -438,6 +456,9 @@ fn extensions() -> String {
 
 fn png(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
+    if text.is_empty() {
+        return Err("give the name of a file".to_owned());
+    }
     if path.is_dir() || path.file_name().is_none() || text.ends_with('/') {
         let end = if text.ends_with('/') { "" } else { "/" };
         return Err(format!("that is a folder; name a file in it, such as {text}{end}mobula.png"));

@@ -6,9 +6,9 @@ use serde_json::json;
 
 use super::args::InfoOptions;
 use super::failure::Failure;
-use super::print;
 use super::scene::{gather, grouped};
 use super::volumes;
+use super::{print, print_object};
 
 /// Counts that the JSON object always has.
 const KEYS: [&str; 9] = [
@@ -25,13 +25,15 @@ const KEYS: [&str; 9] = [
 
 pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     let loaded = gather(&options.files, options.raw.raw())?;
-    let (scene, report) = (&loaded.scene, &loaded.report);
+    let (scene, report, place) = (&loaded.scene, &loaded.report, &loaded.place);
     if options.json {
         let materials: Vec<_> = scene.materials.iter().map(|named| named.name.as_str()).collect();
         let mut object = json!({
             "format": report.format,
             "name": scene.name,
-            "bounds": report.bounds(),
+            "bounds": report.bounds().map(|corners| corners.map(|corner| place.back(corner))),
+            "offset": place.offset,
+            "scale": place.scale,
             "materials": materials.len(),
             "material_names": materials,
             "warnings": report.warnings,
@@ -48,14 +50,17 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
             first.iter().for_each(|(key, value)| object[key] = value.clone());
         }
         object["volumes"] = json!(volumes);
-        return print(&object);
+        return print_object(&object);
     }
     let files: Vec<_> = options.files.iter().map(|file| file.display().to_string()).collect();
     let mut text = format!("{}\n", printable(&files.join(" ")));
     let mut line = |name: &str, value: String| text.push_str(&format!("  {name:<21} {value}\n"));
     line("format", report.format.to_owned());
     if let Some([low, high]) = report.bounds() {
-        let corner = |c: [f32; 3]| format!("({}, {}, {})", c[0], c[1], c[2]);
+        let corner = |c: [f32; 3]| {
+            let [x, y, z] = place.back(c);
+            format!("({x}, {y}, {z})")
+        };
         line("bounds", format!("{} to {}", corner(low), corner(high)));
     }
     for (item, count) in report.census.items().iter().filter(|(_, count)| *count > 0) {

@@ -45,10 +45,10 @@ pub(crate) fn misspelt(scenes: &[PathBuf]) -> Option<String> {
         return None;
     }
     if names().iter().any(|name| name == text) {
-        return Some(format!("options come behind the command: mobula {text} --quiet"));
+        return Some(format!("options belong behind the command: mobula {text} ..."));
     }
     // As clap itself suggests.
-    let likeness = |name: &String| strsim::jaro(name, text);
+    let likeness = |name: &String| strsim::jaro(name, &text.to_lowercase());
     let best = names().into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
     (likeness(&best) > 0.7).then(|| format!("there is no command {text:?} and no such file; is it `mobula {best}`?"))
 }

@@ -27,12 +27,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Parser;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
-use mobula::load::Loaded;
+use mobula::load::{Loaded, Place, printable};
 use mobula::pipeline::{Config, Pipeline};
 use mobula::sampler::SamplerKind;
 use mobula::scene::Geometries;
 use mobula::stack::Scene;
 use mobula_core::simd::AnyToken;
+use serde_json::Value;
 
 use args::{Cli, Command, SceneOptions};
 use failure::Failure;
@@ -66,6 +67,7 @@ fn quiet() -> bool {
 
 /// Runs the command line; returns the exit status.
 pub(crate) fn run() -> ExitCode {
+    signals::fail_on_abort();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(answer) => return answered(&answer),
@@ -140,6 +142,20 @@ fn print(text: &dyn Display) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
+/// Prints an object to standard output, with what could change how a terminal shows the rest written as its number.
+fn print_object(object: &Value) -> Result<(), Failure> {
+    let text: String = object
+        .to_string()
+        .chars()
+        .map(|c| match c {
+            ' '..='~' => String::from(c),
+            _ if printable(&c.to_string()) == c.to_string() => String::from(c),
+            _ => format!("\\u{:04x}", u32::from(c)),
+        })
+        .collect();
+    print(&text)
+}
+
 /// Standard output, by which name its errors are told.
 struct Out(io::StdoutLock<'static>);
 
@@ -162,6 +178,9 @@ struct Prepared {
     pipeline: Pipeline<State>,
     settings: Settings,
     name: String,
+    /// Where its files were put.
+    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "for windows"))]
+    place: Place,
 }
 
 /// Does what the options say: chooses the level, says so, loads the scenes, builds the pipeline. `sampler` is for those who do
@@ -190,7 +209,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let (level, threads) = (token.level(), counted(settings.threads, "thread"));
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
-    let Loaded { mut scene, .. } = scene::gather(&options.scenes, options.raw.raw())?;
+    let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, options.raw.raw())?;
     surfaces::show(&mut scene, &options.volumes)?;
     scene.up = options.up.0.or(scene.up);
     if let Some(fog) = &options.fog {
@@ -213,8 +232,8 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let state = pipeline.state();
     told_of_what_is_far(&state.stack.scene);
     let mut chosen = *state.chosen();
-    chosen.view.eye = options.eye.unwrap_or(chosen.view.eye);
-    chosen.view.at = options.at.unwrap_or(chosen.view.at);
+    chosen.view.eye = options.eye.map_or(chosen.view.eye, |eye| place.put(eye.0).into());
+    chosen.view.at = options.at.map_or(chosen.view.at, |at| place.put(at.0).into());
     chosen.view.fov = options.fov.unwrap_or(chosen.view.fov);
     if chosen.view.eye == chosen.view.at {
         let problem = "the eye is where it looks at, so that it looks nowhere: --eye and --at must be different points";
@@ -222,5 +241,5 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     }
     state.choose(chosen);
     settings.view = Some(chosen.view);
-    Ok(Prepared { pipeline, settings, name: scene.name })
+    Ok(Prepared { pipeline, settings, name: scene.name, place })
 }

@@ -44,7 +44,9 @@ pub(crate) fn watch<R>(what: &str, progress: &Progress, work: impl FnOnce() -> R
 fn show(bar: &ProgressBar, share: Option<f64>, elapsed: Duration) {
     match share {
         Some(share) => {
-            let left = if share > 0.0 { duration(elapsed.as_secs_f64() * (1.0 / share - 1.0)) } else { "?".to_owned() };
+            // At the very beginning nobody can tell.
+            let left =
+                if share > 0.02 { duration(elapsed.as_secs_f64() * (1.0 / share - 1.0)) } else { "?".to_owned() };
             let style = ProgressStyle::with_template("{prefix} {bar:32} {percent:>3} %, {msg} left");
             bar.set_style(style.expect("a valid template"));
             bar.set_message(left);

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use mobula::app::{RayCounts, State};
 use mobula::display::png::is_numbered;
+use mobula::load::printable;
 use mobula::pipeline::{Pipeline, Report};
 use mobula::sampler::SamplerKind;
 use mobula::traverse::TraverserKind;
@@ -14,7 +15,7 @@ use super::args::{RenderOptions, SceneOptions};
 use super::failure::Failure;
 use super::progress::watch;
 use super::scene::grouped;
-use super::{Prepared, prepare, print, say, signals, tell, viewpoints};
+use super::{Prepared, prepare, print_object, say, signals, tell, viewpoints};
 
 /// How files are sampled unless somebody says how.
 const STILL: SamplerKind = SamplerKind::Jittered { side: 4 };
@@ -48,7 +49,7 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
         print_statistics(&report, &rays, seconds);
     }
     if options.json {
-        print(&json!({
+        print_object(&json!({
             "level": settings.token.level().to_string(),
             "packet": settings.packet.rays(),
             "threads": settings.threads,
@@ -95,12 +96,13 @@ fn run(pipeline: &mut Pipeline<State>, options: &RenderOptions) -> Result<Report
 
 /// Files as people are told of them.
 fn names(files: &[PathBuf]) -> String {
-    match files {
+    let names = match files {
         [first, .., last] if files.len() > 8 => {
             format!("{} files, {} to {}", files.len(), first.display(), last.display())
         }
         _ => files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", "),
-    }
+    };
+    printable(&names).into_owned()
 }
 
 fn print_statistics(report: &Report, rays: &RayCounts, seconds: f64) {

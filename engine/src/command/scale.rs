@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::args::SceneOptions;
 use super::failure::Failure;
 use super::progress::watch;
-use super::{Prepared, prepare, print, signals, tell};
+use super::{Prepared, prepare, print, print_object, signals, tell};
 
 /// What passing a cache line costs between processors that are far from each other, in seconds.
 const FAR: f64 = 100e-9;
@@ -53,7 +53,7 @@ pub(crate) struct ScaleOptions {
 }
 
 pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
-    let Prepared { mut pipeline, settings, name } = prepare(&options.scene, false, SamplerKind::Single)?;
+    let Prepared { mut pipeline, settings, name, .. } = prepare(&options.scene, false, SamplerKind::Single)?;
     pipeline.add_stage(DisplayStage::new().with(0, NullDisplay));
     let tile = TileSize { width: options.tile as usize, height: options.tile as usize };
     let (rounds, frames) = (options.rounds as usize, options.frames);
@@ -91,7 +91,7 @@ pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
         tell!("mobula: wrote {}", path.display());
     }
     if options.json {
-        print(&to_json(&measured, &projected, &plan))?;
+        print_object(&to_json(&measured, &projected, &plan))?;
     } else {
         print(&table(&measured, &projected, &plan, &title))?;
     }

@@ -56,7 +56,7 @@ fn open_quietly(name: &Path, place: Option<Place>, raw: Option<Raw>, progress: &
         }
         Some(name) => generate::generate(name).map(made).ok_or_else(|| {
             let known = generate::SCENES.map(|(name, _)| name).join(", ");
-            Failure::UnknownScene(name.to_owned(), known)
+            Failure::UnknownScene(printable(name).into_owned(), known)
         }),
         None => {
             let options = load::Options { place, raw, progress: progress.clone() };

@@ -14,6 +14,16 @@ const INTERRUPT: i32 = 2;
 static RUNNING: Mutex<Option<Handle<State>>> = Mutex::new(None);
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// From now on the end of memory, of which the system has told by then, is a failure as others are, not an abort that dumps core.
+pub(crate) fn fail_on_abort() {
+    #[cfg(unix)]
+    {
+        use std::sync::Arc;
+        let always = Arc::new(AtomicBool::new(true));
+        let _ = signal_hook::flag::register_conditional_shutdown(signal_hook::consts::SIGABRT, 1, always);
+    }
+}
+
 /// From now on signals that end the process remove unfinished files first.
 pub(crate) fn listen() {
     static LISTENING: Once = Once::new();
@@ -45,12 +55,12 @@ fn act(signal: i32) {
 /// Where no thread is to be had, signals do what they do without us.
 #[cfg(unix)]
 fn start() {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXFSZ};
     use signal_hook::iterator::Signals;
     // A file that may grow no further is an error of the one who writes it, not the end of the process.
     let _ = signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default());
     let hang_up = if ignores(SIGHUP) { None } else { Some(SIGHUP) };
-    let heeded = [SIGINT, SIGTERM].into_iter().chain(hang_up);
+    let heeded = [SIGINT, SIGTERM, SIGQUIT].into_iter().chain(hang_up);
     let wait = || {
         if let Ok(mut signals) = Signals::new(heeded) {
             signals.forever().for_each(act);

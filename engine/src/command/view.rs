@@ -32,12 +32,12 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
 }
 
 fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
-    let Prepared { pipeline, settings, name } = prepare(options, true, SamplerKind::Single)?;
+    let Prepared { pipeline, settings, name, place } = prepare(options, true, SamplerKind::Single)?;
     tell!("{HELP}");
     // Screenshots are files too.
     signals::listen();
     let scene = options.scene_words();
-    Ok(connection.show(pipeline, &settings, &Titles { name, scene })?)
+    Ok(connection.show(pipeline, &settings, &Titles { name, scene, place })?)
 }
 
 impl From<WindowError> for Failure {

@@ -29,6 +29,7 @@ fn remedy(problem: &io::Error) -> &'static str {
         io::ErrorKind::NotFound => "make the folder first",
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free some space or choose another folder",
         io::ErrorKind::IsADirectory => "add a file name",
+        io::ErrorKind::InvalidFilename => "choose a shorter name",
         _ => "choose another folder",
     }
 }
@@ -130,7 +131,7 @@ fn plain(error: png::EncodingError) -> io::Error {
 }
 
 /// Writes pictures to a file, each in place of the one before; or, if there are marks `#` in the file's name, each to a file of its
-/// own: the last run of marks becomes the number of the frame, of so many digits or more.
+/// own: the last marks, two or more, become the number of the frame, of so many digits or more.
 #[derive(Clone, Debug)]
 pub struct PngDisplay {
     file: PathBuf,
@@ -148,7 +149,7 @@ impl PngDisplay {
     /// The file of a frame.
     pub fn file(&self, frame: u64) -> PathBuf {
         let name = self.file.file_name().unwrap_or_default().to_string_lossy();
-        let Some(last) = name.rfind('#') else { return self.file.clone() };
+        let Some(last) = name.rfind("##").map(|at| at + 1) else { return self.file.clone() };
         let before = name[..last].trim_end_matches('#');
         let digits = last + 1 - before.len();
         self.file.with_file_name(format!("{before}{frame:0digits$}{}", &name[last + 1..]))
@@ -157,7 +158,7 @@ impl PngDisplay {
 
 /// Does the name of a file have a place for the numbers of frames, as [`PngDisplay`] fills it?
 pub fn is_numbered(file: &Path) -> bool {
-    file.file_name().is_some_and(|name| name.to_string_lossy().contains('#'))
+    file.file_name().is_some_and(|name| name.to_string_lossy().contains("##"))
 }
 
 impl Display for PngDisplay {
@@ -196,9 +197,9 @@ mod tests {
 
     #[test]
     fn frames_are_numbered_where_there_are_marks() {
-        let names = ["a/#.png", "a/b-####.png", "#-##", "a.png", "#a/b.png"];
+        let names = ["a/##.png", "a/b-####.png", "#-##-#", "C#.png", "##a/b.png"];
         let files = names.map(|name| PngDisplay::new(name).file(107));
-        assert_eq!(files, ["a/107.png", "a/b-0107.png", "#-107", "a.png", "#a/b.png"].map(PathBuf::from));
+        assert_eq!(files, ["a/107.png", "a/b-0107.png", "#-107-#", "C#.png", "##a/b.png"].map(PathBuf::from));
         assert_eq!(names.map(|name| is_numbered(name.as_ref())), [true, true, true, false, false]);
     }
 

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::choice::choice;
 use crate::image::{FrameBuffer, Size, SizeError};
-use crate::pipeline::{Display, Picture, Shown, StageBuffer};
+use crate::pipeline::{Display, Picture, Shown};
 
 choice! {
     /// How two pictures become one.
@@ -33,13 +33,16 @@ impl Stereo {
         }
     }
 
-    /// Joins the pictures of the left and the right eye; `None` if their sizes differ or the whole would be too large.
-    pub fn join(self, [left, right]: [&FrameBuffer; 2]) -> Option<FrameBuffer> {
+    /// Joins the pictures of the left and the right eye; `None` if their sizes differ.
+    ///
+    /// # Errors
+    /// If the whole would be too large, or there is no memory for it.
+    pub fn join(self, [left, right]: [&FrameBuffer; 2]) -> Result<Option<FrameBuffer>, SizeError> {
         let size = left.size();
         if right.size() != size {
-            return None;
+            return Ok(None);
         }
-        let joined = FrameBuffer::for_size(self.size(size).ok()?);
+        let joined = FrameBuffer::try_with_size(self.size(size)?)?;
         // The lowest byte is red.
         const RED: u32 = 0xff;
         for y in 0..size.height() {
@@ -54,7 +57,7 @@ impl Stereo {
                 }
             }
         }
-        Some(joined)
+        Ok(Some(joined))
     }
 
     /// Displays for the channels of the left and the right eye that show the joined pictures on `display`.
@@ -92,7 +95,7 @@ impl Display for Eye {
             return Ok(pair.shown);
         }
         let Some((eye, other)) = pair.waiting.remove(&picture.frame) else {
-            let copy = FrameBuffer::for_size(picture.size);
+            let copy = FrameBuffer::try_with_size(picture.size)?;
             copy.copy_from(picture.buffer, 0, 0, picture.size.width(), picture.size.height());
             pair.waiting.insert(picture.frame, (self.eye, copy));
             return Ok(Shown::Continue);
@@ -100,7 +103,7 @@ impl Display for Eye {
         // What is older was left behind by a frame that only one eye took part in.
         pair.waiting.retain(|&frame, _| frame > picture.frame);
         let eyes = if eye == 0 { [&other, picture.buffer] } else { [picture.buffer, &other] };
-        let Some(joined) = pair.stereo.join(eyes) else { return Ok(Shown::Continue) };
+        let Some(joined) = pair.stereo.join(eyes)? else { return Ok(Shown::Continue) };
         let picture = Picture { channel: 0, size: joined.size(), buffer: &joined, ..*picture };
         pair.shown = pair.display.show(&picture)?;
         Ok(pair.shown)
@@ -143,10 +146,11 @@ mod tests {
     #[test]
     fn both_kinds_join_both_eyes() {
         let (left, right) = (rgba8(10, 20, 30, 255), rgba8(40, 50, 60, 255));
-        let join = |stereo: Stereo| stereo.join([&plain(left), &plain(right)]).unwrap().pixels().collect::<Vec<_>>();
+        let join =
+            |stereo: Stereo| stereo.join([&plain(left), &plain(right)]).unwrap().unwrap().pixels().collect::<Vec<_>>();
         assert_eq!(join(Stereo::SideBySide), [left, left, right, right]);
         assert_eq!(join(Stereo::Anaglyph), [rgba8(10, 50, 60, 255); 2]);
-        assert!(Stereo::Anaglyph.join([&plain(0), &FrameBuffer::new(3, 1).unwrap()]).is_none());
+        assert!(Stereo::Anaglyph.join([&plain(0), &FrameBuffer::new(3, 1).unwrap()]).unwrap().is_none());
     }
 
     #[test]

@@ -60,9 +60,15 @@ impl<R: BufRead> Lines<R> {
             return Ok(None);
         }
         let number = self.number;
-        while self.raw.ends_with(b"\\") && joins(&self.raw) {
-            self.raw.pop();
+        // A line that joins looks at what is joined only once.
+        let mut from = 0;
+        while let Some(end) = backslash(&self.raw) {
+            if if from == 0 { !joins(&self.raw) } else { self.raw[from..].contains(&b'#') } {
+                break;
+            }
+            self.raw.truncate(end);
             self.raw.push(b' ');
+            from = self.raw.len();
             if !self.read_raw()? {
                 break;
             }
@@ -96,7 +102,14 @@ impl<R: BufRead> Lines<R> {
             let end = buffer.iter().position(|&byte| byte == b'\n' || byte == b'\r');
             let part = &buffer[..end.unwrap_or(buffer.len())];
             if part.contains(&0) {
+                let text = part.iter().position(|&byte| byte == 0).unwrap_or(0);
+                self.raw.extend_from_slice(&part[..text]);
+                self.input.consume(text);
                 self.number += 1;
+                // Padding behind the text, as of blocks of a tape, says nothing.
+                if only_zeros(&mut self.input) {
+                    return Ok(true);
+                }
                 return Err(Fault::new("binary data in a text file", "check that it is what its name says").into());
             }
             self.raw.extend_from_slice(part);
@@ -119,14 +132,39 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
+/// Where a backslash is that ends a line, but for blanks.
+fn backslash(line: &[u8]) -> Option<usize> {
+    let end = line.trim_ascii_end().len();
+    line[..end].ends_with(b"\\").then(|| end - 1)
+}
+
+/// Reads zeros; is there nothing else?
+fn only_zeros(input: &mut impl BufRead) -> bool {
+    loop {
+        match input.fill_buf() {
+            Ok([]) => return true,
+            Ok(buffer) if buffer.iter().all(|&byte| byte == 0) => {
+                let count = buffer.len();
+                input.consume(count);
+            }
+            _ => return false,
+        }
+    }
+}
+
 /// Looks at each line before a parser sees it.
 pub(super) trait LineCheck {
     /// Rewrites line `number` (from 1) into a form that the parser knows, or empties it.
-    fn check(&mut self, number: u64, line: &mut String);
+    ///
+    /// # Errors
+    /// If nothing further is to be read.
+    fn check(&mut self, number: u64, line: &mut String) -> Result<(), Fault>;
+
+    /// May a backslash at its end join this line to the next?
+    fn joins(line: &[u8]) -> bool;
 }
 
-/// Passes on what `check` makes of the lines of `input`. After a failure, [`stop`](Self::stop) says why: the parser only sees a read
-/// error.
+/// Passes on what `check` makes of the lines of `input`. After a failure, [`stop`](Self::stop) says why: the parser only sees the end.
 pub(super) struct CheckedLines<R, C> {
     /// Where lines come from.
     pub(super) lines: Lines<R>,
@@ -148,8 +186,8 @@ impl<R: BufRead, C: LineCheck> CheckedLines<R, C> {
         self.sent = 0;
         self.line.clear();
         while self.line.is_empty() {
-            let Some((number, line)) = self.lines.next(|_| false)? else { return Ok(()) };
-            self.check.check(number, line);
+            let Some((number, line)) = self.lines.next(C::joins)? else { return Ok(()) };
+            self.check.check(number, line)?;
             self.line.push_str(line);
             if !self.line.is_empty() {
                 self.line.push('\n');
@@ -161,14 +199,12 @@ impl<R: BufRead, C: LineCheck> CheckedLines<R, C> {
 
 impl<R: BufRead, C: LineCheck> BufRead for CheckedLines<R, C> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.stop.is_some() {
-            return Err(io::Error::other("stopped"));
-        }
         if self.sent == self.line.len()
+            && self.stop.is_none()
             && let Err(stop) = self.next_line()
         {
             self.stop = Some(stop);
-            return Err(io::Error::other("stopped"));
+            self.line.clear();
         }
         Ok(&self.line.as_bytes()[self.sent..])
     }
@@ -204,7 +240,7 @@ mod tests {
 
     #[test]
     fn lines_are_counted_and_joined() {
-        let lines = all(b"one\r\ntwo\rthr\\\nee\n\n# not \\\nfive\\").unwrap();
+        let lines = all(b"one\r\ntwo\rthr\\ \nee\n\n# not \\\nfive\\").unwrap();
         let expected = [(1, "one"), (2, "two"), (3, "thr ee"), (5, ""), (6, "# not \\"), (7, "five ")];
         assert_eq!(lines, expected.map(|(number, line)| (number, line.to_owned())));
     }
@@ -212,6 +248,7 @@ mod tests {
     #[test]
     fn what_is_no_text_is_refused_where_it_stands() {
         assert!(matches!(all(b"one\n\ntw\0\n"), Err((3, Stop::Fault(_)))));
+        assert_eq!(all(b"one\ntw\0\0").unwrap(), [(1, "one".to_owned()), (2, "tw".to_owned())], "padding");
         assert!(matches!(all(&vec![b'x'; LONGEST_LINE + 100_000]), Err((1, Stop::Fault(_)))));
     }
 
@@ -220,8 +257,13 @@ mod tests {
         /// Drops lines that start with `-`.
         struct Sample;
         impl LineCheck for Sample {
-            fn check(&mut self, number: u64, line: &mut String) {
+            fn check(&mut self, number: u64, line: &mut String) -> Result<(), Fault> {
                 *line = if line.starts_with('-') { String::new() } else { format!("{number}{line}") };
+                Ok(())
+            }
+
+            fn joins(_: &[u8]) -> bool {
+                false
             }
         }
         let mut out = String::new();

@@ -19,8 +19,6 @@ use crate::progress::Progress;
 const MOST_NAMES: usize = 1024;
 /// Files beyond this many are left out.
 const MOST_FILES: usize = 64;
-/// A file with more materials is refused: each takes some hundred bytes, a statement takes ten.
-const MOST_MATERIALS: u64 = 1 << 16;
 
 /// The materials of all MTL files that an OBJ file names.
 #[derive(Default)]
@@ -42,8 +40,9 @@ impl Library {
         let (mut said, mut seen) = (HashSet::new(), HashSet::new());
         for statement in statements.iter().filter(|&statement| said.insert(statement)).take(MOST_NAMES) {
             // A statement is a name with spaces, if there is such a file, or several names.
-            let whole = statement.trim_matches('"');
-            let names = if find(obj, whole).is_some() { vec![whole] } else { words(statement) };
+            let whole = statement.trim_matches(['"', '\'']);
+            let bare = statement.split_once(" #").map_or(&**statement, |(name, _)| name.trim());
+            let names = if find(obj, whole).is_some() { vec![whole] } else { words(bare) };
             for name in names {
                 if seen.len() >= MOST_NAMES || !seen.insert(name) {
                     continue;
@@ -51,9 +50,10 @@ impl Library {
                 let Some(path) = find(obj, name) else {
                     library.missing = true;
                     let name = quoted(name);
-                    library
-                        .warnings
-                        .push(format!("{}: material file {name} is not there; grey is used", obj.display()));
+                    let folder = obj.parent().unwrap_or(Path::new(""));
+                    let other = name.len() < 200 && folder.join(name.trim_matches('\'')).exists();
+                    let why = if other { "is no file that may be read" } else { "is not there" };
+                    library.warnings.push(format!("{}: material file {name} {why}; grey is used", obj.display()));
                     continue;
                 };
                 let same = path.canonicalize().unwrap_or_else(|_| path.clone());
@@ -65,7 +65,11 @@ impl Library {
                     continue;
                 }
                 library.loaded.insert(same);
-                library.add(&path)?;
+                if let Err(error) = library.add(&path) {
+                    // As if it were not there: the mesh can be seen without.
+                    library.missing = true;
+                    library.warnings.push(format!("{error}; grey is used"));
+                }
             }
         }
         Ok(library)
@@ -78,11 +82,9 @@ impl Library {
         let parsed = tobj::load_mtl_buf(&mut lines);
         let (check, stop, line) = (lines.check, lines.stop, lines.lines.number);
         if let Some(stop) = stop {
-            return Err(stop.into_error(file, line, input.gzip));
-        }
-        if check.materials > MOST_MATERIALS {
-            let problem = format!("{} materials are more than {MOST_MATERIALS}", check.materials);
-            return Err(LoadError::new(file, problem, "leave out those that are not used"));
+            // What was read before is used.
+            self.missing = true;
+            self.warnings.push(format!("{}; what follows in it is left out", stop.into_error(file, line, input.gzip)));
         }
         let parsed = parsed.map_err(|error| LoadError::new(file, error.to_string(), "check it in a text editor"));
         for material in &parsed?.0 {
@@ -108,8 +110,8 @@ fn words(statement: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut rest = statement.trim_start();
     while !rest.is_empty() {
-        let (word, after) = match rest.strip_prefix('"') {
-            Some(quoted) => quoted.split_once('"').unwrap_or((quoted, "")),
+        let (word, after) = match rest.strip_prefix(['"', '\'']) {
+            Some(quoted) => quoted.split_once(['"', '\'']).unwrap_or((quoted, "")),
             None => rest.split_once(char::is_whitespace).unwrap_or((rest, "")),
         };
         words.extend((!word.is_empty()).then_some(word));
@@ -127,15 +129,31 @@ fn find(obj: &Path, name: &str) -> Option<PathBuf> {
     let bare = Path::new(path.file_name()?);
     let beside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let exact = [beside.then_some(path), Some(bare)].into_iter().flatten().map(|path| folder.join(path));
-    exact.into_iter().find(|path| input::is_regular(path)).or_else(|| {
-        let wanted = bare.to_string_lossy().to_lowercase();
-        let alike = |name: &OsString| name.to_string_lossy().to_lowercase() == wanted;
-        let entries = fs::read_dir(Path::new(".").join(folder))
-            .ok()?
-            .filter_map(|entry| entry.ok().map(|entry| entry.file_name()));
-        // The first by name, whatever order the disk has.
-        entries.filter(alike).min().map(|name| folder.join(name)).filter(|path| input::is_regular(path))
-    })
+    let found = exact.into_iter().find(|path| input::is_regular(path)).or_else(|| {
+        let alike = beside.then(|| alike(folder, path)).flatten();
+        alike.or_else(|| self::alike(folder, bare)).filter(|path| input::is_regular(path))
+    })?;
+    // A link may not lead out of the folder that the model is in.
+    let inside = |found: &Path| {
+        let real = found.canonicalize().ok()?;
+        let folders =
+            [Path::new(".").join(folder).canonicalize().ok(), obj.canonicalize().ok()?.parent().map(Path::to_owned)];
+        folders.into_iter().flatten().any(|folder| real.starts_with(folder)).then_some(())
+    };
+    inside(&found).map(|()| found)
+}
+
+/// The file or folder at a path in a folder whose names differ at most in whether letters are large or small; the first by name,
+/// whatever order the disk has.
+fn alike(folder: &Path, path: &Path) -> Option<PathBuf> {
+    let mut found = folder.to_owned();
+    for part in path.components().filter(|part| matches!(part, Component::Normal(_))) {
+        let wanted = part.as_os_str().to_string_lossy().to_lowercase();
+        let entries = fs::read_dir(Path::new(".").join(&found)).ok()?;
+        let names = entries.filter_map(|entry| entry.ok().map(|entry| entry.file_name()));
+        found.push(names.filter(|name: &OsString| name.to_string_lossy().to_lowercase() == wanted).min()?);
+    }
+    Some(found)
 }
 
 impl Stop {

@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use super::lines::LineCheck;
+use super::lines::{Fault, LineCheck};
 use super::obj_read::Seen;
 use super::text::{self, quoted};
+
+/// Of a file with more materials no more are read: each takes some hundred bytes, a statement takes ten.
+const MOST_MATERIALS: u64 = 1 << 16;
 
 /// What has been seen of an MTL file.
 #[derive(Debug, Default)]
@@ -23,7 +26,11 @@ pub(super) struct MtlCheck {
 }
 
 impl LineCheck for MtlCheck {
-    fn check(&mut self, number: u64, line: &mut String) {
+    fn joins(line: &[u8]) -> bool {
+        !line.contains(&b'#') && !line.trim_ascii_start().starts_with(b"newmtl")
+    }
+
+    fn check(&mut self, number: u64, line: &mut String) -> Result<(), Fault> {
         let rewritten = self.rewrite(line.trim());
         *line = match rewritten {
             Ok(line) => line,
@@ -35,6 +42,13 @@ impl LineCheck for MtlCheck {
                 String::new()
             }
         };
+        if self.materials > MOST_MATERIALS {
+            return Err(Fault::new(
+                format!("there are more than {MOST_MATERIALS} materials"),
+                "leave out those that are not used",
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -42,11 +56,21 @@ impl MtlCheck {
     /// What people should know.
     pub(super) fn warnings(&self, file: &Path) -> impl Iterator<Item = String> {
         let file = file.display();
-        let textures = (self.textures > 0)
-            .then(|| format!("{file}: {} texture maps are left out; materials keep their colours", self.textures));
+        let textures = (self.textures > 0).then(|| {
+            let (count, s, is) = (
+                self.textures,
+                if self.textures == 1 { "" } else { "s" },
+                if self.textures == 1 { "is" } else { "are" },
+            );
+            format!("{file}: {count} texture map{s} {is} left out; materials keep their colours")
+        });
         let Seen { count, line } = self.odd;
         let odd = (count > 0).then(|| {
-            let others = if count > 1 { format!(", as are {} others", count - 1) } else { String::new() };
+            let others = match count - 1 {
+                0 => String::new(),
+                1 => ", and one other".to_owned(),
+                others => format!(", and {others} others"),
+            };
             format!("{file}:{line}: {}; the line is left out{others}", self.first_odd)
         });
         [textures, odd].into_iter().flatten()

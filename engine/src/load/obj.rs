@@ -25,11 +25,24 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
 
     let faces = obj.corners.len();
     let place = options.place.unwrap_or_else(|| Place::of(&obj.positions, &obj.indices[0]));
-    warnings.extend(place.warning().map(|text| format!("{}: {text}", file.display())));
+    if options.place.is_none() {
+        warnings.extend(place.warning().map(|text| format!("{}: {text}", file.display())));
+    } else if place.blurs(&obj.positions, &obj.indices[0]) {
+        let file = file.display();
+        warnings.push(format!(
+            "{file}: it is so far from the first file that its details are lost; show it alone, or name it first"
+        ));
+    }
     warnings.extend(left_out(file, &obj));
     warnings.extend(input.warning(file));
     let counts = [obj.positions.len(), obj.texture_coordinates.len(), obj.normals.len()];
-    let mesh = assemble(file, &mut obj, &material_of, &place)?;
+    let (mesh, rough) = assemble(file, &mut obj, &material_of, &place)?;
+    if rough > 0 {
+        let file = file.display();
+        warnings.push(format!(
+            "{file}: {rough} polygons of very many corners, or that cross themselves, are cut only roughly"
+        ));
+    }
     drop(obj);
 
     let mut scene =
@@ -78,7 +91,7 @@ fn materials(file: &Path, obj: &Obj, library: &Library, warnings: &mut Vec<Strin
 }
 
 /// One mesh of all faces.
-fn assemble(file: &Path, obj: &mut Obj, material_of: &[u32], place: &Place) -> Result<Mesh, LoadError> {
+fn assemble(file: &Path, obj: &mut Obj, material_of: &[u32], place: &Place) -> Result<(Mesh, u64), LoadError> {
     if obj.positions.len() >= NO_INDEX as usize {
         let problem = format!("{} vertices are more than 32-bit indices reach", obj.positions.len());
         return Err(LoadError::new(file, problem, "split it"));
@@ -105,17 +118,19 @@ fn assemble(file: &Path, obj: &mut Obj, material_of: &[u32], place: &Place) -> R
         } else {
             cutter.cut(of_vertex[corner..end].iter().map(|&i| obj.positions[i as usize]), &mut cut);
         }
-        let pick = |indices: &[u32], triangle: &[u32; 3]| match indices.get(corner..end) {
-            Some(indices) if !indices.contains(&NO_INDEX) => triangle.map(|place| indices[place as usize]),
+        let pick = |indices: &[u32], count: usize, triangle: &[u32; 3]| match indices.get(corner..end) {
+            Some(indices) if indices.iter().all(|&index| (index as usize) < count) => {
+                triangle.map(|place| indices[place as usize])
+            }
             _ => [NO_INDEX; 3],
         };
         for triangle in &cut {
             mesh.triangles.push(triangle.map(|place| of_vertex[corner + place as usize]));
             if !of_texture.is_empty() {
-                mesh.triangle_texture_coordinates.push(pick(of_texture, triangle));
+                mesh.triangle_texture_coordinates.push(pick(of_texture, obj.texture_coordinates.len(), triangle));
             }
             if !of_normal.is_empty() {
-                mesh.triangle_normals.push(pick(of_normal, triangle));
+                mesh.triangle_normals.push(pick(of_normal, obj.normals.len(), triangle));
             }
         }
         if mesh.materials.is_empty() && face > 0 && material != mesh.material {
@@ -138,15 +153,18 @@ fn assemble(file: &Path, obj: &mut Obj, material_of: &[u32], place: &Place) -> R
     mesh.texture_coordinates = std::mem::take(&mut obj.texture_coordinates);
     mesh.normals = std::mem::take(&mut obj.normals);
     mesh.colors = colors(std::mem::take(&mut obj.colors), mesh.positions.len());
-    Ok(mesh)
+    Ok((mesh, cutter.rough))
 }
 
-/// Colours of all vertices, white where there is none; some programs write them from 0 to 255.
+/// Colours of all vertices, white where there is none; some programs write them from 0 to 255: whole numbers, of which more than one
+/// is above 1.
 fn colors(mut colors: Vec<[f32; 3]>, count: usize) -> Vec<[f32; 3]> {
     if colors.is_empty() {
         return colors;
     }
-    let bytes = colors.iter().flatten().any(|&x| x > 1.5);
+    let mut all = colors.iter().flatten();
+    let bytes = all.clone().filter(|&&x| x > 1.0).take(2).count() == 2
+        && all.all(|&x| (0.0..=255.0).contains(&x) && x.fract() == 0.0);
     let white = if bytes { 255.0 } else { 1.0 };
     colors.iter_mut().flatten().for_each(|x| *x = (*x / white).clamp(0.0, 1.0));
     colors.resize(count, [1.0; 3]);
@@ -187,6 +205,18 @@ fn left_out(file: &Path, obj: &Obj) -> impl Iterator<Item = String> {
             "texture coordinates that are not finite; zero is used",
         ),
         (obj.odd_normals, "normal that is not finite is left out", "normals that are not finite are left out"),
+        (obj.odd_colors, "colour that is not finite; white is used", "colours that are not finite; white is used"),
+        (
+            obj.odd_numbers,
+            "vertex with 5 or more than 7 numbers, of which 3 are used",
+            "vertices with 5 or more than 7 numbers, of which 3 are used",
+        ),
+        (obj.empty_faces, "face without corners is left out", "faces without corners are left out"),
+        (
+            obj.dangling,
+            "list whose indices are out of range, which are left out",
+            "lists whose indices are out of range, which are left out",
+        ),
         (obj.nameless_materials, "usemtl without a name; grey is used", "usemtl without a name; grey is used"),
         (obj.points_and_lines, "point or line is left out", "points and lines are left out"),
         (

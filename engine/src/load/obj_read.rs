@@ -62,6 +62,13 @@ pub(super) struct Obj {
     pub(super) fourth_numbers: Seen,
     pub(super) nameless_materials: Seen,
     pub(super) unknown: Seen,
+    /// Indices of texture coordinates and normals that there are not.
+    pub(super) dangling: Seen,
+    /// Numbers of colours that are no numbers.
+    pub(super) odd_colors: Seen,
+    /// More than three numbers of a vertex that are neither a weight nor a colour.
+    pub(super) odd_numbers: Seen,
+    pub(super) empty_faces: Seen,
     pub(super) free_form: Seen,
     numbers: HashMap<String, u32>,
     /// For each list: faces that pointed past the end of what was there, as (line, index), each farther than the one
@@ -91,7 +98,13 @@ impl Obj {
             }
         }
         obj.lines = lines.number;
-        obj.dangling().map_or(Ok(obj), |(line, fault)| Err((line, fault.into())))
+        for list in 1..3 {
+            let count = obj.count(list);
+            if let Some(&(line, _)) = obj.pending[list].iter().find(|(_, index)| *index > count) {
+                obj.dangling.at(line);
+            }
+        }
+        obj.out_of_range().map_or(Ok(obj), |(line, fault)| Err((line, fault.into())))
     }
 
     fn statement(&mut self, line: u64, text: &str) -> Result<(), Fault> {
@@ -127,8 +140,10 @@ impl Obj {
     fn vertex<'a>(&mut self, line: u64, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
         let mut values = [0.0; 6];
         let mut seen = 0;
-        for word in words.take(values.len()) {
-            values[seen] = parse(word, "coordinate")?;
+        for word in words.take(10) {
+            if seen < 6 {
+                values[seen] = parse(word, "coordinate")?;
+            }
             seen += 1;
         }
         let [x, y, z, r, g, b] = values;
@@ -139,12 +154,17 @@ impl Obj {
             self.not_finite.at(line);
         }
         match seen {
-            6 => {
+            // With an alpha, which is left out.
+            6 | 7 => {
+                if ![r, g, b].iter().all(|x| x.is_finite()) {
+                    self.odd_colors.at(line);
+                }
                 let color = [r, g, b].map(|x| if x.is_finite() { x as f32 } else { 1.0 });
                 self.colors.resize(self.positions.len(), [1.0; 3]);
                 self.colors.push(color);
             }
-            4.. if r != 1.0 => self.fourth_numbers.at(line),
+            4 if r != 1.0 => self.fourth_numbers.at(line),
+            5.. => self.odd_numbers.at(line),
             _ => {}
         }
         self.positions.push([x, y, z]);
@@ -215,6 +235,8 @@ impl Obj {
         let first = self.indices[0].len();
         let mut corners = 0;
         for word in words {
+            // A comment may follow at once.
+            let word = word.split('#').next().unwrap_or_default();
             for (list, field) in word.split('/').enumerate() {
                 if list >= 3 {
                     let problem = format!("face corner {} has more than 3 indices", quoted(word));
@@ -232,7 +254,8 @@ impl Obj {
             corners += 1;
         }
         if corners == 0 {
-            return Err(Fault::new("a face without corners", "remove the line"));
+            self.empty_faces.at(line);
+            return Ok(());
         }
         if corners < 3 {
             self.points_and_lines.at(line);
@@ -277,15 +300,15 @@ impl Obj {
         }
     }
 
-    /// The first face that points past the end of a list: its line and what is wrong.
-    fn dangling(&self) -> Option<(u64, Fault)> {
+    /// The first face that points past the end of the vertices: its line and what is wrong.
+    fn out_of_range(&self) -> Option<(u64, Fault)> {
         let first = |list: usize| {
             let count = self.count(list);
             let &(line, index) = self.pending[list].iter().find(|(_, index)| *index > count)?;
             let problem = format!("{} index {index} is out of range: {count} are defined", LISTS[list]);
             Some((line, Fault::new(problem, INDICES)))
         };
-        (0..3).filter_map(first).min_by_key(|(line, _)| *line)
+        first(0)
     }
 }
 

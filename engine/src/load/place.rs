@@ -27,23 +27,7 @@ const SAMPLES: usize = 4096;
 impl Place {
     /// Looks at some of the corners that faces use: at the median, so that a few that are elsewhere do not count.
     pub(super) fn of(positions: &[[f64; 3]], corners: &[u32]) -> Self {
-        let step = corners.len().div_ceil(SAMPLES).max(1);
-        let samples: Vec<[f64; 3]> = corners
-            .iter()
-            .step_by(step)
-            .filter_map(|&corner| positions.get(corner as usize).copied())
-            .filter(|position| position.iter().all(|x| x.is_finite()))
-            .collect();
-        if samples.is_empty() {
-            return Self::default();
-        }
-        let at = |mut values: Vec<f64>, share: usize| {
-            let place = (values.len() - 1) * share / 16;
-            *values.select_nth_unstable_by(place, f64::total_cmp).1
-        };
-        let middle = [0, 1, 2].map(|k| at(samples.iter().map(|p| p[k]).collect(), 8));
-        let distance = |p: &[f64; 3]| (0..3).map(|k| (p[k] - middle[k]).abs()).fold(0.0, f64::max);
-        let size = at(samples.iter().map(distance).collect(), 15);
+        let Some((middle, size)) = most(positions, corners) else { return Self::default() };
         let mut place = Self::default();
         if middle.iter().any(|x| x.abs() > FAR * size) && size > 0.0 {
             // A round number, which is easy to add again.
@@ -51,14 +35,26 @@ impl Place {
             place.offset = middle.map(|x| (x / step).round() * step);
         }
         if size > 0.0 && !SIZES.contains(&size) {
-            place.scale = 2f64.powf(-size.log2().round());
+            // Greater factors are no numbers.
+            place.scale = 2f64.powf((-size.log2().round()).min(1000.0));
         }
         place
     }
 
     /// A point where it is put.
-    pub(super) fn put(&self, position: [f64; 3]) -> [f32; 3] {
+    pub fn put(&self, position: [f64; 3]) -> [f32; 3] {
         [0, 1, 2].map(|k| ((position[k] - self.offset[k]) * self.scale) as f32)
+    }
+
+    /// The point of the file that is put at `position`.
+    pub fn back(&self, position: [f32; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| f64::from(position[k]) / self.scale + self.offset[k])
+    }
+
+    /// Would the corners that faces use lie too close together here for a `f32` to tell them apart?
+    pub(super) fn blurs(&self, positions: &[[f64; 3]], corners: &[u32]) -> bool {
+        let Some((middle, size)) = most(positions, corners) else { return false };
+        (0..3).any(|k| (middle[k] - self.offset[k]).abs() > size * f64::from(1 << 18))
     }
 
     /// What people should know.
@@ -80,6 +76,28 @@ impl Place {
         }
         Some(format!("the model is {}", done.join(", and ")))
     }
+}
+
+/// Where the middle of most corners is, and how far most are from there.
+fn most(positions: &[[f64; 3]], corners: &[u32]) -> Option<([f64; 3], f64)> {
+    let step = corners.len().div_ceil(SAMPLES).max(1);
+    let samples: Vec<[f64; 3]> = corners
+        .iter()
+        .step_by(step)
+        .filter_map(|&corner| positions.get(corner as usize).copied())
+        .filter(|position| position.iter().all(|x| x.is_finite()))
+        .collect();
+    if samples.is_empty() {
+        return None;
+    }
+    let at = |mut values: Vec<f64>, share: usize| {
+        let place = (values.len() - 1) * share / 16;
+        *values.select_nth_unstable_by(place, f64::total_cmp).1
+    };
+    let middle = [0, 1, 2].map(|k| at(samples.iter().map(|p| p[k]).collect(), 8));
+    let distance = |p: &[f64; 3]| (0..3).map(|k| (p[k] - middle[k]).abs()).fold(0.0, f64::max);
+    let size = at(samples.iter().map(distance).collect(), 15);
+    Some((middle, size))
 }
 
 #[cfg(test)]

@@ -3,13 +3,17 @@
 
 use glam::{DVec2, DVec3};
 
-/// How many corners may be looked at for each corner of a polygon, and for all, before it is cut where it stands: what crosses itself
-/// many times must not cost more than in proportion to its size.
-const LOOKS: [usize; 2] = [4096, 1 << 26];
+/// How many corners may be looked at for each corner of a polygon, and for all polygons of a file, before they are cut where they
+/// stand: what crosses itself many times must not cost more than in proportion to its size.
+const LOOKS: [usize; 2] = [4096, 1 << 28];
 
 /// Cuts polygons; keeps its memory.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Cutter {
+    /// How many corners may be looked at still.
+    looks: usize,
+    /// Polygons that were cut where they stood.
+    pub(super) rough: u64,
     corners: Vec<DVec2>,
     /// The corners that are left, in a ring.
     next: Vec<u32>,
@@ -20,6 +24,23 @@ pub(super) struct Cutter {
     side: usize,
     low: DVec2,
     cell: DVec2,
+}
+
+impl Default for Cutter {
+    fn default() -> Self {
+        Self {
+            looks: LOOKS[1],
+            rough: 0,
+            corners: Vec::new(),
+            next: Vec::new(),
+            before: Vec::new(),
+            reflex: Vec::new(),
+            cells: Vec::new(),
+            side: 0,
+            low: DVec2::ZERO,
+            cell: DVec2::ZERO,
+        }
+    }
 }
 
 impl Cutter {
@@ -74,7 +95,8 @@ impl Cutter {
         self.before.rotate_right(1);
         self.reflex = (0..count as u32).map(|place| self.turn(self.around(place)) < 0.0).collect();
         self.sort_into_cells();
-        let mut looks = LOOKS[0].saturating_mul(count).min(LOOKS[1]);
+        let budget = LOOKS[0].saturating_mul(count).min(self.looks);
+        let mut looks = budget;
         // `end`: the corner at which all that are left were looked at without an ear.
         let (mut left, mut place, mut end) = (count, 0, 0);
         let mut fruitless = false;
@@ -103,6 +125,8 @@ impl Cutter {
         }
         let last = self.around(place);
         out.push(last);
+        self.looks -= budget - looks;
+        self.rough += u64::from(looks == 0);
     }
 
     /// A corner between its neighbours.

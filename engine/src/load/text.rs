@@ -8,13 +8,14 @@ pub(super) fn number(word: &str) -> Option<f64> {
         return Some(number);
     }
     let lower = word.to_ascii_lowercase();
-    let odd =
-        |mark: &str| lower.contains(mark) && lower.starts_with(|c: char| c.is_ascii_digit() || "+-.n#i".contains(c));
-    if odd("nan") || odd("#ind") || odd("#snan") {
-        return Some(f64::NAN);
-    }
-    if odd("#inf") {
+    let bare = lower.trim_start_matches(['+', '-']);
+    // `1.#J` is what is left of `1.#IND` when it is written with one digit, rounded.
+    let odd = |start: &&str| bare.starts_with(*start);
+    if ["inf", "1.#inf", "#inf"].iter().any(odd) {
         return Some(if lower.starts_with('-') { f64::NEG_INFINITY } else { f64::INFINITY });
+    }
+    if ["nan", "qnan", "snan", "ind", "1.#", "1#", "1.$", "#"].iter().any(odd) {
+        return Some(f64::NAN);
     }
     let digits = |c: char| c.is_ascii_digit() || "+-.d".contains(c);
     if lower.matches('d').count() == 1 && lower.chars().all(digits) {
@@ -70,9 +71,24 @@ mod tests {
         ] {
             assert_eq!(number(word), Some(expected), "{word}");
         }
-        for word in
-            ["nan", "NaN", "-nan", "-nan(ind)", "nan(snan)", "1.#IND", "-1.#IND00", "1.#QNAN", "1.#SNAN", "+NaN"]
-        {
+        for word in [
+            "nan",
+            "NaN",
+            "-nan",
+            "-nan(ind)",
+            "nan(snan)",
+            "1.#IND",
+            "-1.#IND00",
+            "1.#QNAN",
+            "1.#SNAN",
+            "+NaN",
+            "1.#R",
+            "-1.#IO",
+            "1.$",
+            "-1.#J",
+            "qnan",
+            "-SNaN",
+        ] {
             assert!(number(word).is_some_and(f64::is_nan), "{word}");
         }
         for word in ["", "zero", "1,5", "0x10", "d", "dd", "1e", "banana", "1.5.2", "--1"] {

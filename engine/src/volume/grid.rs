@@ -111,7 +111,6 @@ impl Grid {
     }
 
     /// The least and the greatest value that is a number; `None` if none is.
-    #[expect(clippy::useless_conversion, reason = "useless for one of the types")]
     pub fn range(&self) -> Option<[f64; 2]> {
         let [low, high] = with_voxels!(&self.voxels, |voxels| ends(voxels));
         let [a, b] = [low, high].map(|voxel| self.value_of(voxel));

@@ -8,6 +8,7 @@ use super::news::{News, WindowError, without_place};
 use super::screen::Screen;
 use super::viewer::Viewer;
 use crate::app::{Settings, State};
+use crate::load::Place;
 use crate::pipeline::{DisplayStage, Pipeline};
 
 /// A connection to the system's display, not yet a window. One process can make one.
@@ -23,6 +24,8 @@ pub struct Titles {
     pub name: String,
     /// What names the scene on the command line of `mobula render`, as a shell takes it.
     pub scene: String,
+    /// Where its files were put.
+    pub place: Place,
 }
 
 /// Is there a display to open a window on? A guess from the environment.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use softbuffer::{Context, SoftBufferError, Surface};
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
@@ -21,11 +22,13 @@ use super::news::{News, WindowError, without_place};
 use super::screen::{Screen, Screenshot};
 use super::strips::Strips;
 use crate::app::{Chosen, Settings, State};
+use crate::balance::BalancerKind;
 use crate::camera::View;
 use crate::image::Size;
 use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
+use crate::traverse::{TileSize, TraverserKind};
 
 /// The title changes no more often.
 const TITLE_INTERVAL: Duration = Duration::from_millis(200);
@@ -179,7 +182,17 @@ impl Viewer {
         let (screen, options) = (self.screen.clone(), self.options());
         self.handle.at_barrier("screenshot", move |point| {
             point.mark_changed();
-            screen.want(Screenshot { frame: point.frame, file, options });
+            let frame = point.frame;
+            screen.want(Screenshot { frame, file, options });
+            // Of a picture that is refined frame by frame: all of it in one frame, then as before.
+            let whole = TraverserKind::Tiled.build(TileSize::default(), BalancerKind::default());
+            if point.state.traverser.name() != whole.name() {
+                let before = std::mem::replace(&mut point.state.traverser, whole);
+                point.callbacks().at_frame("screenshot", frame + 1, move |point| {
+                    point.state.traverser = before;
+                    point.mark_changed();
+                });
+            }
         });
     }
 
@@ -187,11 +200,12 @@ impl Viewer {
     fn options(&self) -> String {
         let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows } = self.chosen;
         let shadows = if shadows { "" } else { " --no-shadows" };
-        let scene = &self.titles.scene;
+        let Titles { scene, place, .. } = &self.titles;
         let gap = if scene.is_empty() { "" } else { " " };
+        let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
+        let (size, eye, at) = (self.size, point(eye), point(at));
         format!(
-            "{scene}{gap}--size {} --eye {},{},{} --at {},{},{} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}",
-            self.size, eye.x, eye.y, eye.z, at.x, at.y, at.z
+            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}"
         )
     }
 
