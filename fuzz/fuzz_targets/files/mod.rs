@@ -25,6 +25,12 @@ pub fn write(name: &str, bytes: &[u8]) -> PathBuf {
     file
 }
 
+/// Removes a file from the folder.
+#[allow(dead_code, reason = "not every target does")]
+pub fn remove(name: &str) {
+    let _ = std::fs::remove_file(folder().join(name));
+}
+
 /// Loads a file. It must be a scene that holds together, or an error of one line that names a file.
 pub fn load(file: &Path) -> Result<Loaded, LoadError> {
     let loaded = load::load(file);
