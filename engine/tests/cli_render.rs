@@ -251,7 +251,7 @@ fn a_stray_vertex_hides_nothing_and_costs_nothing() {
     assert!(done.err.contains("warning: some of the scene is far from the rest"), "{done:?}");
     let colours: std::collections::HashSet<_> =
         picture(&folder.0.join("framed.png")).2.chunks(3).map(<[u8]>::to_vec).collect();
-    assert!(colours.len() > 500, "the grid is not to be seen");
+    assert!(colours.len() > 100, "the grid is not to be seen: {} colours", colours.len());
 }
 
 #[test]

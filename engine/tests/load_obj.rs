@@ -142,7 +142,7 @@ fn what_an_mtl_says_that_means_nothing_is_left_out_and_named() {
     let folder = Folder::new("broken-mtl");
     for (text, expected) in [
         ("newmtl red\n\nKd 1 x 0\n", ":3: Kd 'x' is not a finite number; the line is left out"),
-        ("newmtl red\nKd\nKs\nNs\n", ":2: Kd without a number; the line is left out, as are 2 others"),
+        ("newmtl red\nKd\nKs\nNs\n", ":2: Kd without a number; the line is left out, and 2 others"),
         ("newmtl\nKd 9 9 9\nnewmtl red\n", ":1: newmtl without a name; the line is left out"),
         ("newmtl a\nNs nan\n", ":2: Ns 'nan' is not a finite number; the line is left out"),
         ("newmtl a\nd -nan(ind)\n", ":2: d '-nan(ind)' is not a finite number; the line is left out"),
@@ -177,8 +177,6 @@ fn broken_lines_are_named() {
         ("T+f 1 2 9\ng next\nf 1 2 3\n", ":4: vertex index 9 is out of range: 3 are defined; "),
         ("T+f 0 1 2\n", ":4: vertex index 0; indices start at 1; "),
         ("T+f -1 -2 -4\n", ":4: vertex index '-4' is out of range: 3 are defined before it; "),
-        ("T+f 1/7 2/7 3/7\n", ":4: texture coordinate index 7 is out of range: 0 are defined; "),
-        ("T+vn 0 0 1\nf 1//1 2//1 3//2\n", ":5: normal index 2 is out of range: 1 are defined; "),
         ("T+f 1 2 99999999999999999999999\n", ":4: vertex index '99999999999999999999999' is out of range"),
         ("T+vt 0 0\nf 1/9223372036854775807 2 3\n", ":5: texture coordinate index '9223372036854775807' is out of"),
         ("T+vn 0 0 1\nf 1//6148914691236517206 2 3\n", ":5: normal index '6148914691236517206' is out of range"),
@@ -186,7 +184,6 @@ fn broken_lines_are_named() {
         ("T+f 1 2 3.0\n", ":4: vertex index '3.0' is not a whole number; "),
         ("T+f 1 2 /3\n", ":4: face corner '/3' has no vertex index; "),
         ("T+f 1/1/1/1 2 3\n", ":4: face corner '1/1/1/1' has more than 3 indices; "),
-        ("T+f\n", ":4: a face without corners; "),
         ("T+f 1 2 3\n\0\0\n", ":5: binary data in a text file; "),
         ("\x7fELF\x02\x01\n\x03", ":1: not an OBJ file: 2 of its 2 lines say nothing that OBJ knows; "),
         ("T+p 1\n", ":4: no face in 4 lines (3 vertices); "),

@@ -58,9 +58,20 @@ struct Session {
 impl Session {
     /// Starts a viewer and waits for its window.
     fn start(display: String, test: &str, options: &[&str]) -> Self {
+        Self::show(display, test, &[&["a pyramid's.obj"], options].concat())
+    }
+
+    /// The same with a scene of the options.
+    fn show(display: String, test: &str, options: &[&str]) -> Self {
         let folder = Folder::new(test);
         folder.write("a pyramid's.obj", PYRAMID);
-        let mut command = folder.mobula(&[&["view", "a pyramid's.obj"], options].concat());
+        let header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n";
+        let ball = (0..729_i32).map(|i| {
+            let [x, y, z] = [i % 9 - 4, i / 9 % 9 - 4, i / 81 - 4];
+            200_u8.saturating_sub((x * x + y * y + z * z) as u8 * 6)
+        });
+        folder.write("ball.nrrd", header.bytes().chain(ball).collect::<Vec<u8>>());
+        let mut command = folder.mobula(&[&["view"], options].concat());
         let mut viewer = Owned(command.env("DISPLAY", &display).stderr(Stdio::piped()).spawn().unwrap());
         let said = Arc::<Mutex<Vec<String>>>::default();
         let (listener, lines) = (Arc::clone(&said), BufReader::new(viewer.0.stderr.take().unwrap()).lines());
@@ -235,4 +246,24 @@ fn a_large_picture_is_drawn_in_parts() {
         ended.is_some()
     });
     assert_eq!(ended.unwrap().code(), Some(0), "{:?}", session.said.lock().unwrap());
+}
+
+#[test]
+fn iso_values_are_changed_by_keys() {
+    let Some((_server, name)) = display() else { return };
+    let mut session = Session::show(name, "iso", &["ball.nrrd", "--size", "160x120", "--iso", "120"]);
+    session.wait_title("ball | 160x120 |");
+    session.xdotool(&format!("windowfocus --sync {}", session.window));
+    wait("another value", || {
+        session.xdotool("key period");
+        !session.title().contains(", iso 120 ")
+    });
+    let smaller = session.screenshot(1);
+    for _ in 0..40 {
+        session.xdotool("key comma");
+    }
+    let larger = session.screenshot(2);
+    assert!(larger != smaller, "the value changes nothing");
+    session.xdotool("key Escape");
+    assert_eq!(session.end(), Some(0));
 }

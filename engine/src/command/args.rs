@@ -64,7 +64,7 @@ pub(crate) enum Command {
         shell: clap_complete::Shell,
     },
     /// Print the manual page, or that of a subcommand, as troff
-    #[command(after_help = "To read it: mobula man render > mobula-render.1; man ./mobula-render.1")]
+    #[command(after_help = "To read it: mobula man render | man -l -")]
     Man {
         /// A subcommand
         #[arg(value_name = "COMMAND")]
@@ -248,6 +248,7 @@ pub(crate) struct UpChoice(pub(crate) Option<Up>);
 /// A value, and the words that it was given in.
 #[derive(Clone, Debug)]
 pub(crate) struct Given<T> {
+    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "for windows"))]
     pub(crate) words: String,
     pub(crate) value: T,
 }
@@ -269,8 +270,8 @@ impl SceneOptions {
         option("up", self.up.0.map(|up| if up == Up::Y { "y" } else { "z" }.to_owned()));
         option("background", self.background.as_ref().map(|given| given.words.clone()));
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
-        let VolumeOptions { iso, transparent, cut, step } = &self.volumes;
-        option("iso", joined(iso.iter().map(f64::to_string).collect()));
+        // Those of iso-surfaces are a viewer's to tell.
+        let VolumeOptions { iso: _, transparent, cut, step } = &self.volumes;
         option("transparent", joined(transparent.iter().map(f32::to_string).collect()));
         for Plane(numbers) in cut {
             option("cut", joined(numbers.iter().map(f64::to_string).collect()));

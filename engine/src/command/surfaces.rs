@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use mobula::camera::Up;
 use mobula::geometry::{Field, IsoSurfaces};
 use mobula::load::printable;
 use mobula::material::Phong;
@@ -25,6 +26,10 @@ const COLORS: [[f32; 3]; 6] = [
 
 /// Adds to a scene what its volumes are shown as.
 pub(crate) fn show(scene: &mut SceneDescription, options: &VolumeOptions) -> Result<(), Failure> {
+    if scene.geometry.is_empty() && !scene.volumes.is_empty() {
+        // As scanners, weather and the ground have it.
+        scene.up = scene.up.or(Some(Up::Z));
+    }
     for volume in std::mem::take(&mut scene.volumes) {
         add(scene, &volume, options)?;
         scene.volumes.push(volume);

@@ -10,7 +10,7 @@ use crate::geometry::{Mesh, MeshGroup, Spheres};
 use crate::light::Point;
 use crate::material::{Lambertian, Phong};
 use crate::scene::SceneDescription;
-use crate::view::View;
+use crate::view::{Up, View};
 use crate::volume::Volume;
 
 /// What the name of a generated scene starts with.
@@ -123,6 +123,7 @@ fn csafe_scene() -> SceneDescription {
 fn volume_scene(volume: Volume) -> SceneDescription {
     let mut scene = SceneDescription::default();
     scene.volumes.push(volume);
+    scene.up = Some(Up::Y);
     scene.add_light(point_light([0.5, 3.0, 2.5]));
     scene.view = Some(view([1.7, 1.3, 2.4], [0.5, 0.5, 0.5], 0.30));
     scene

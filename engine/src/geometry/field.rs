@@ -16,6 +16,7 @@ pub struct Field {
     layout: Layout,
     ranges: Box<dyn NodeRanges>,
     to_cells: DAffine3,
+    range: [f64; 2],
 }
 
 impl Field {
@@ -32,12 +33,18 @@ impl Field {
         let place = grid.place();
         let to_space =
             DAffine3 { matrix3: DMat3::from_cols_array_2d(&place.axes.map(Into::into)), translation: place.origin };
-        Ok(Self { to_cells: to_space.inverse(), grid, layout, ranges })
+        let range = grid.range().unwrap_or_default();
+        Ok(Self { to_cells: to_space.inverse(), grid, layout, ranges, range })
     }
 
     /// The grid.
     pub fn grid(&self) -> &Arc<Grid> {
         &self.grid
+    }
+
+    /// The least and the greatest value; zeros if none is a number.
+    pub fn range(&self) -> [f64; 2] {
+        self.range
     }
 
     /// Bytes of the hierarchy.

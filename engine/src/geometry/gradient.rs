@@ -40,7 +40,7 @@ fn cell(dims: [usize; 3], point: DVec3) -> ([usize; 3], [f64; 3]) {
         // What is no number is cell 0.
         let last = dims[axis].saturating_sub(2);
         at[axis] = (point[axis] as usize).min(last);
-        part[axis] = (point[axis] - at[axis] as f64).clamp(0.0, 1.0);
+        part[axis] = (point[axis] - at[axis] as f64).max(0.0).min(1.0);
     }
     (at, part)
 }

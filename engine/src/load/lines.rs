@@ -39,18 +39,20 @@ pub(super) struct Lines<R> {
     /// The line last read, or of several that were joined the last, counted from 1.
     pub(super) number: u64,
     longest: usize,
+    /// May zeros follow behind the text?
+    padded: bool,
     raw: Vec<u8>,
     line: String,
 }
 
 impl<R: BufRead> Lines<R> {
     pub(super) fn new(input: R) -> Self {
-        Self::no_longer_than(LONGEST_LINE, input)
+        Self { padded: true, ..Self::no_longer_than(LONGEST_LINE, input) }
     }
 
     /// Lines of more than so many bytes are faults.
     pub(super) fn no_longer_than(longest: usize, input: R) -> Self {
-        Self { input, number: 0, longest, raw: Vec::new(), line: String::new() }
+        Self { input, number: 0, longest, padded: false, raw: Vec::new(), line: String::new() }
     }
 
     /// The next line, without its end, and its number. A backslash at the end joins a line to the next if `joins` says so of it.
@@ -107,7 +109,7 @@ impl<R: BufRead> Lines<R> {
                 self.input.consume(text);
                 self.number += 1;
                 // Padding behind the text, as of blocks of a tape, says nothing.
-                if only_zeros(&mut self.input) {
+                if self.padded && only_zeros(&mut self.input) {
                     return Ok(true);
                 }
                 return Err(Fault::new("binary data in a text file", "check that it is what its name says").into());

@@ -34,24 +34,22 @@ pub(super) fn bulk(visit_all: impl Fn(&mut dyn FnMut(Vec3)), bounds: (Vec3, Vec3
     if low.cmple(high).all() { (low, high) } else { bounds }
 }
 
-/// Some of the points, evenly from all of them.
+/// Some of the points, drawn from all of them, the same each time.
 fn samples(visit_all: impl Fn(&mut dyn FnMut(Vec3))) -> Vec<Vec3> {
-    let (mut samples, mut stride, mut number) = (Vec::new(), 1, 0_usize);
+    let (mut samples, mut mask, mut number) = (Vec::new(), 0_u32, 0_u32);
+    // Which ones looks random: points come in patterns.
+    let lot = |number: u32| (number.wrapping_mul(0x9e37_79b1) ^ 0x5bd1_e995).wrapping_mul(0x85eb_ca77) >> 7;
     visit_all(&mut |point| {
-        if number.is_multiple_of(stride) && point.is_finite() {
-            samples.push(point);
-            if samples.len() == 2 * SAMPLES {
-                let mut keep = false;
-                samples.retain(|_| {
-                    keep = !keep;
-                    keep
-                });
-                stride *= 2;
+        if lot(number) & mask == 0 && point.is_finite() {
+            samples.push((lot(number), point));
+            while samples.len() == 2 * SAMPLES && mask < u32::MAX >> 8 {
+                mask = mask << 1 | 1;
+                samples.retain(|(lot, _)| lot & mask == 0);
             }
         }
-        number += 1;
+        number = number.wrapping_add(1);
     });
-    samples
+    samples.into_iter().map(|(_, point)| point).collect()
 }
 
 #[cfg(test)]

@@ -4,28 +4,16 @@ use std::thread;
 
 use winit::event_loop::EventLoop;
 
-use super::news::{News, WindowError, without_place};
+use super::news::{News, Titles, WindowError, without_place};
 use super::screen::Screen;
 use super::viewer::Viewer;
 use crate::app::{Settings, State};
-use crate::load::Place;
 use crate::pipeline::{DisplayStage, Pipeline};
 
 /// A connection to the system's display, not yet a window. One process can make one.
 #[derive(Debug)]
 pub struct Connection {
     events: EventLoop<News>,
-}
-
-/// What the window says of what it shows.
-#[derive(Clone, Debug)]
-pub struct Titles {
-    /// The scene's name.
-    pub name: String,
-    /// What names the scene on the command line of `mobula render`, as a shell takes it.
-    pub scene: String,
-    /// Where its files were put.
-    pub place: Place,
 }
 
 /// Is there a display to open a window on? A guess from the environment.

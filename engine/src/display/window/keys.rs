@@ -11,6 +11,7 @@ pub const HELP: &str = "  \
   a                       antialiasing on, off
   r                       next renderer
   + -                     more, fewer threads
+  . ,                     iso-surfaces at greater, less values
   p                       screenshot: mobula-0001.png, ...
   0, Home                 back to the first view
   h                       this help
@@ -24,6 +25,8 @@ pub(super) enum Action {
     Renderer,
     MoreThreads,
     FewerThreads,
+    GreaterIso,
+    LessIso,
     Screenshot,
     Reset,
     Help,
@@ -38,6 +41,8 @@ pub(super) fn action(key: &Key) -> Option<Action> {
         Key::Character("r" | "R") => Action::Renderer,
         Key::Character("+" | "=") => Action::MoreThreads,
         Key::Character("-" | "_") => Action::FewerThreads,
+        Key::Character("." | ">") => Action::GreaterIso,
+        Key::Character("," | "<") => Action::LessIso,
         Key::Character("p" | "P") => Action::Screenshot,
         Key::Character("0") | Key::Named(NamedKey::Home) => Action::Reset,
         Key::Character("h" | "H" | "?") | Key::Named(NamedKey::F1) => Action::Help,

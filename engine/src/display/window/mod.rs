@@ -21,6 +21,6 @@ mod screen;
 mod strips;
 mod viewer;
 
-pub use connection::{Connection, Titles, has_display};
+pub use connection::{Connection, has_display};
 pub use keys::HELP;
-pub use news::WindowError;
+pub use news::{Titles, WindowError};

@@ -1,6 +1,18 @@
 //! What is told to a window, and what goes wrong with one.
 
+use crate::load::Place;
 use crate::pipeline::Fault;
+
+/// What the window says of what it shows.
+#[derive(Clone, Debug)]
+pub struct Titles {
+    /// The scene's name.
+    pub name: String,
+    /// What names the scene on the command line of `mobula render`, as a shell takes it; without the values of iso-surfaces.
+    pub scene: String,
+    /// Where its files were put.
+    pub place: Place,
+}
 
 /// What the event loop is told by other threads.
 #[derive(Debug)]

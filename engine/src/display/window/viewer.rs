@@ -15,10 +15,9 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, OwnedDisplayHandle};
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
-use super::connection::Titles;
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
-use super::news::{News, WindowError, without_place};
+use super::news::{News, Titles, WindowError, without_place};
 use super::screen::{Screen, Screenshot};
 use super::strips::Strips;
 use crate::app::{Chosen, Settings, State};
@@ -44,6 +43,8 @@ pub(super) struct Viewer {
     /// What was asked for, which the state has or is about to have.
     chosen: Chosen,
     first_view: View,
+    /// The values of iso-surfaces and their range, if there are some.
+    iso: Option<(Vec<f64>, [f64; 2])>,
     antialiased: SamplerKind,
     drag: Option<(MouseButton, Drag)>,
     mouse: PhysicalPosition<f64>,
@@ -69,6 +70,7 @@ impl Viewer {
         let (size, threads) = (settings.size, settings.threads);
         let state = pipeline.state();
         let chosen = *state.chosen();
+        let iso = state.iso_values();
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
             SamplerKind::Single => SamplerKind::Jittered { side: 3 },
@@ -83,6 +85,7 @@ impl Viewer {
             threads,
             chosen,
             first_view: chosen.view,
+            iso,
             antialiased,
             drag: None,
             mouse: PhysicalPosition::default(),
@@ -153,12 +156,28 @@ impl Viewer {
             }
             Action::MoreThreads => self.set_threads(self.threads + 1),
             Action::FewerThreads => self.set_threads(self.threads - 1),
+            Action::GreaterIso => self.move_iso(1.0),
+            Action::LessIso => self.move_iso(-1.0),
             Action::Screenshot => self.take_screenshot(),
             Action::Reset => self.look(self.first_view),
             Action::Help => tell(format_args!("{HELP}")),
             Action::Close => events.exit(),
         }
         self.title_soon();
+    }
+
+    /// Moves iso-surfaces by so many steps, each a 128th of the range of the values.
+    fn move_iso(&mut self, steps: f64) {
+        let Some((values, [low, high])) = &mut self.iso else { return };
+        let step = (*high - *low) / 128.0;
+        for value in values.iter_mut() {
+            // No more digits than a step makes sense of.
+            let digits = 10_f64.powf((step / 100.0).abs().max(1e-300).log10().ceil());
+            let moved = ((*value + steps * step) / digits).round() * digits;
+            *value = format!("{moved:.9e}").parse().unwrap_or(moved).clamp(*low, *high);
+        }
+        let values = values.clone();
+        self.handle.send("iso values", move |state| state.set_iso_values(&values));
     }
 
     fn set_threads(&mut self, threads: usize) {
@@ -202,10 +221,12 @@ impl Viewer {
         let shadows = if shadows { "" } else { " --no-shadows" };
         let Titles { scene, place, .. } = &self.titles;
         let gap = if scene.is_empty() { "" } else { " " };
+        let values = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+        let iso = self.iso.as_ref().map(|(all, _)| format!(" --iso {}", values(all))).unwrap_or_default();
         let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
         let (size, eye, at) = (self.size, point(eye), point(at));
         format!(
-            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}"
+            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}{iso}"
         )
     }
 
@@ -270,8 +291,10 @@ impl Viewer {
         };
         let Chosen { renderer, sampler, shadows, .. } = self.chosen;
         let shadows = if shadows { "shadows" } else { "no shadows" };
+        let values = |(all, _): &(Vec<f64>, _)| all.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+        let iso = self.iso.as_ref().map(|iso| format!(", iso {}", values(iso))).unwrap_or_default();
         window.set_title(&format!(
-            "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows} | h: help",
+            "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows}{iso} | h: help",
             self.titles.name,
             self.size,
             1.0 / seconds,
