@@ -68,7 +68,7 @@ impl Session {
         let header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n";
         let ball = (0..729_i32).map(|i| {
             let [x, y, z] = [i % 9 - 4, i / 9 % 9 - 4, i / 81 - 4];
-            200_u8.saturating_sub((x * x + y * y + z * z) as u8 * 6)
+            (200 - 4 * (x * x + y * y + z * z)).max(0) as u8
         });
         folder.write("ball.nrrd", header.bytes().chain(ball).collect::<Vec<u8>>());
         let mut command = folder.mobula(&[&["view"], options].concat());
