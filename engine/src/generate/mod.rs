@@ -2,9 +2,12 @@
 //!
 //! Only `+ - * /` and square roots, never fused, so that every machine makes the same scene bit for bit.
 
+mod mixed;
 pub mod volumes;
 
 use glam::Vec3;
+
+use mixed::mixed;
 
 use crate::geometry::{Mesh, MeshGroup, Spheres};
 use crate::light::Point;
@@ -152,16 +155,6 @@ fn lattice(x: i32, z: i32, octave: u32) -> f32 {
     mixed(
         (x as u32).wrapping_mul(0x8da6_b343) ^ (z as u32).wrapping_mul(0xd816_3841) ^ octave.wrapping_mul(0xcb1a_b31f),
     )
-}
-
-/// A number in `[0, 1)` that looks random.
-fn mixed(mut h: u32) -> f32 {
-    h ^= h >> 13;
-    h = h.wrapping_mul(0x9e37_79b1);
-    h ^= h >> 15;
-    h = h.wrapping_mul(0x85eb_ca77);
-    h ^= h >> 13;
-    (h >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
 fn noise(x: f32, z: f32, octave: u32) -> f32 {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::mixed;
+use super::mixed::mixed;
 use crate::volume::{Grid, GridPlace, Volume};
 
 /// Samples along each side.

@@ -37,10 +37,10 @@ impl Field {
 fn cell(dims: [usize; 3], point: DVec3) -> ([usize; 3], [f64; 3]) {
     let (mut at, mut part) = ([0; 3], [0.0; 3]);
     for axis in 0..3 {
-        // What is no number is cell 0.
-        let last = dims[axis].saturating_sub(2);
-        at[axis] = (point[axis] as usize).min(last);
-        part[axis] = (point[axis] - at[axis] as f64).max(0.0).min(1.0);
+        // What is no number is at the beginning.
+        let (x, last) = (if point[axis].is_nan() { 0.0 } else { point[axis] }, dims[axis].saturating_sub(2));
+        at[axis] = (x as usize).min(last);
+        part[axis] = (x - at[axis] as f64).clamp(0.0, 1.0);
     }
     (at, part)
 }

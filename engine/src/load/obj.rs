@@ -83,7 +83,11 @@ fn materials(file: &Path, obj: &Obj, library: &Library, warnings: &mut Vec<Strin
     let mut unknown = obj.names.iter().zip(&of).filter(|&(_, &of)| of == DEFAULT_MATERIAL && !library.missing);
     if let Some(((name, line), _)) = unknown.next() {
         let others = unknown.count();
-        let others = if others > 0 { format!(" (and {others} others)") } else { String::new() };
+        let others = match others {
+            0 => String::new(),
+            1 => " (and another)".to_owned(),
+            others => format!(" (and {others} others)"),
+        };
         let name = quoted(name);
         warnings.push(format!("{}:{line}: material {name}{others} is in no MTL file; grey is used", file.display()));
     }
