@@ -6,6 +6,7 @@
 //!
 //! - NaN: missed.
 //! - Zero direction: missed, and so is one shorter than 2^-50 or longer than 2^63, unless it is promised to be of length 1.
+//! - Far: missed where half the way through the sphere, in lengths of the direction, is more than a float holds.
 //! - Degenerate: a radius of zero or less is missed, except that a ray exactly through the centre of a zero sphere hits it;
 //!   outside of [`RADII`] the answer means nothing.
 //! - Grazing: the discriminant's rounding decides; it is within a few ulp of `radius^2 + |closest approach|^2`.
@@ -59,5 +60,7 @@ pub fn sphere<T: Token, const UNIT: bool>(
     let near = -middle - half;
     let far = half - middle;
     let t = near.select(near.gt(t_min), far);
+    // Where half is too much for a float, the farther root is no distance, and may be behind.
+    let real = if UNIT { real } else { real & t.lt(token.splat(f32::INFINITY)) };
     (real & t.gt(t_min) & t.le(t_max), t)
 }

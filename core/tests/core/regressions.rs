@@ -348,3 +348,23 @@ fn a_ray_that_starts_right_above_a_large_floor_hits_it() {
         }
     }
 }
+
+/// The way through the sphere, in lengths of the short direction, is more than a float holds: that was a hit at infinity, also of a
+/// sphere behind the ray.
+#[test]
+fn a_sphere_behind_a_short_direction_is_not_hit_at_infinity() {
+    let sphere = [-8.984_453e15, 5.536_204_7e16, -7.847_577e16, 1.664_158_5e18];
+    let bvh = Bvh::<SphereBlock>::spheres(1, 0, &Serial, |_| sphere);
+    for token in AnyToken::available() {
+        let mut packet = RayPacket::<4>::default();
+        packet.reset(0..4);
+        for i in 0..4 {
+            let origin = [-3.758_908_7e20, 3.398_099_6e10, 1.835_039e-16];
+            packet.set_ray(i, origin.into(), [-0.001_474_890_5, -1.070_197_4e-10, 4.600_761_8e-23].into());
+        }
+        let (mut all, mut tree) = (packet.clone(), packet);
+        bvh.intersect_all(token, &mut all);
+        bvh.intersect(token, &mut tree);
+        assert!((0..4).all(|i| !all.was_hit(i) && !tree.was_hit(i)), "{}", token.level());
+    }
+}

@@ -26,61 +26,78 @@ impl Field {
                     Gradient::Exact => exact(voxels, dims, point),
                     Gradient::Smooth => smooth(voxels, dims, point),
                 };
-                out(i, (back * gradient).as_vec3());
+                out(i, (back * gradient.as_dvec3()).as_vec3());
             }
         });
     }
 }
 
-/// The cell that a point is in, the nearest if it is in none, and where in it, from 0 to 1.
-#[inline(always)]
-fn cell(dims: [usize; 3], point: DVec3) -> ([usize; 3], [f64; 3]) {
-    let (mut at, mut part) = ([0; 3], [0.0; 3]);
-    for axis in 0..3 {
-        // What is no number is at the beginning.
-        let (x, last) = (if point[axis].is_nan() { 0.0 } else { point[axis] }, dims[axis].saturating_sub(2));
-        at[axis] = (x as usize).min(last);
-        part[axis] = (x - at[axis] as f64).clamp(0.0, 1.0);
-    }
-    (at, part)
+/// A cell of a grid, and a point in it.
+struct Cell {
+    /// Its low corner among the samples.
+    base: usize,
+    /// From the low corner to the sample before it along each axis, to the next one, and from there to the one behind; 0 where there
+    /// is none.
+    before: [usize; 3],
+    next: [usize; 3],
+    behind: [usize; 3],
+    /// Where the point is, from 0 to 1.
+    part: [f32; 3],
 }
 
-#[inline(always)]
-fn sample<V: Voxel>(voxels: &[V], [nx, ny, _]: [usize; 3], [x, y, z]: [usize; 3]) -> f64 {
-    f64::from(voxels[(z * ny + y) * nx + x].to_f32())
-}
-
-fn exact<V: Voxel>(voxels: &[V], dims: [usize; 3], point: DVec3) -> DVec3 {
-    let (at, [x, y, z]) = cell(dims, point);
-    let corner = |i: usize| {
-        let at = [0, 1, 2].map(|axis| (at[axis] + (i >> axis & 1)).min(dims[axis] - 1));
-        sample(voxels, dims, at)
-    };
-    let v: [f64; 8] = std::array::from_fn(corner);
-    let mix = |a: f64, b: f64, f: f64| a + (b - a) * f;
-    DVec3::new(
-        mix(mix(v[1] - v[0], v[3] - v[2], y), mix(v[5] - v[4], v[7] - v[6], y), z),
-        mix(mix(v[2] - v[0], v[3] - v[1], x), mix(v[6] - v[4], v[7] - v[5], x), z),
-        mix(mix(v[4] - v[0], v[5] - v[1], x), mix(v[6] - v[2], v[7] - v[3], x), y),
-    )
-}
-
-fn smooth<V: Voxel>(voxels: &[V], dims: [usize; 3], point: DVec3) -> DVec3 {
-    let (at, [x, y, z]) = cell(dims, point);
-    let mut sum = DVec3::ZERO;
-    for i in 0..8_usize {
-        let at = [0, 1, 2].map(|axis| (at[axis] + (i >> axis & 1)).min(dims[axis] - 1));
-        let weigh = |axis: usize, f: f64| if i >> axis & 1 == 0 { 1.0 - f } else { f };
-        let weight = weigh(0, x) * weigh(1, y) * weigh(2, z);
+impl Cell {
+    /// The cell that a point is in, the nearest if it is in none.
+    #[inline(always)]
+    fn of(dims: [usize; 3], point: DVec3) -> Self {
+        let strides = [1, dims[0], dims[0] * dims[1]];
+        let mut cell = Self { base: 0, before: [0; 3], next: [0; 3], behind: [0; 3], part: [0.0; 3] };
         for axis in 0..3 {
-            let (mut low, mut high) = (at, at);
-            low[axis] = at[axis].saturating_sub(1);
-            high[axis] = (at[axis] + 1).min(dims[axis] - 1);
-            let apart = (high[axis] - low[axis]).max(1) as f64;
-            sum[axis] += weight * (sample(voxels, dims, high) - sample(voxels, dims, low)) / apart;
+            // What is no number is at the beginning.
+            let (x, last) = (if point[axis].is_nan() { 0.0 } else { point[axis] }, dims[axis].saturating_sub(2));
+            let at = (x as usize).min(last);
+            let stride = |there: bool| if there { strides[axis] } else { 0 };
+            cell.base += at * strides[axis];
+            cell.before[axis] = stride(at > 0);
+            cell.next[axis] = stride(at + 1 < dims[axis]);
+            cell.behind[axis] = stride(at + 2 < dims[axis]);
+            cell.part[axis] = (x - at as f64).clamp(0.0, 1.0) as f32;
         }
+        cell
     }
-    sum
+
+    /// For each axis, `along` of the four edges of the cell that go along it, interpolated between them. It gets the low end of an edge.
+    #[inline(always)]
+    fn between_edges(&self, along: impl Fn(usize, usize) -> f32) -> Vec3 {
+        let mix = |a: f32, b: f32, part: f32| a + (b - a) * part;
+        let mut out = [0.0; 3];
+        for (axis, out) in out.iter_mut().enumerate() {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let at = |i: usize, j: usize| along(axis, self.base + i * self.next[u] + j * self.next[v]);
+            *out = mix(mix(at(0, 0), at(1, 0), self.part[u]), mix(at(0, 1), at(1, 1), self.part[u]), self.part[v]);
+        }
+        Vec3::from(out)
+    }
+}
+
+#[inline(always)]
+fn exact<V: Voxel>(voxels: &[V], dims: [usize; 3], point: DVec3) -> Vec3 {
+    let cell = Cell::of(dims, point);
+    cell.between_edges(|axis, low| voxels[low + cell.next[axis]].to_f32() - voxels[low].to_f32())
+}
+
+#[inline(always)]
+fn smooth<V: Voxel>(voxels: &[V], dims: [usize; 3], point: DVec3) -> Vec3 {
+    let cell = Cell::of(dims, point);
+    cell.between_edges(|axis, low| {
+        let Cell { before, next, behind, part, .. } = &cell;
+        let (before, next, behind, part) = (before[axis], next[axis], behind[axis], part[axis]);
+        let value = |at: usize| voxels[at].to_f32();
+        // Over two steps, or at the ends over one.
+        let per = |there: usize| if there > 0 { 0.5 } else { 1.0 };
+        let first = (value(low + next) - value(low - before)) * per(before);
+        let second = (value(low + next + behind) - value(low)) * per(behind);
+        first + (second - first) * part
+    })
 }
 
 #[cfg(test)]
