@@ -24,7 +24,7 @@ use mobula_core::simd::Level;
 
 use super::volumes::RawOptions;
 
-/// Packet ray tracer for triangle meshes and spheres.
+/// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
 ///
 /// Without a subcommand: opens the scene in a window if there is a display, else writes mobula.png.
 #[derive(Debug, Parser)]
@@ -173,22 +173,21 @@ pub(crate) struct SceneOptions {
 }
 
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Volumes")]
 pub(crate) struct VolumeOptions {
     /// Values of iso-surfaces [default: one that parts what is dark from what is bright]
-    #[arg(long, value_name = "V[,V...]", value_delimiter = ',', value_parser = finite)]
+    #[arg(long, help_heading = "Volumes", value_name = "V[,V...]", value_delimiter = ',', value_parser = finite)]
     pub(crate) iso: Vec<f64>,
 
     /// How much light gets through each iso-surface, from 0 to 1; the last number is for all further ones
-    #[arg(long, value_name = "A[,A...]", value_delimiter = ',', value_parser = part)]
+    #[arg(long, help_heading = "Volumes", value_name = "A[,A...]", value_delimiter = ',', value_parser = part)]
     pub(crate) transparent: Vec<f32>,
 
     /// Leaves out of volumes what lies where X x + Y y + Z z > D; may be given several times
-    #[arg(long, value_name = "X,Y,Z,D", value_parser = plane)]
+    #[arg(long, help_heading = "Volumes", value_name = "X,Y,Z,D", value_parser = plane)]
     pub(crate) cut: Vec<Plane>,
 
     /// Step of time, from 0
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, help_heading = "Volumes", value_name = "N", default_value_t = 0)]
     pub(crate) step: usize,
 }
 
