@@ -4,24 +4,29 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::{ArgAction, Args, Parser, Subcommand};
-use glam::Vec3;
 use mobula::accel::AccelerationKind;
 use mobula::app::PacketWidth;
-use mobula::background::{Background, BackgroundKind, Constant};
+use mobula::background::{Background, BackgroundKind};
 use mobula::balance::BalancerKind;
-use mobula::camera::{CameraKind, Up};
+use mobula::camera::CameraKind;
+#[cfg(feature = "window")]
+use mobula::camera::Up;
 use mobula::choice::list;
-use mobula::color::from_srgb8;
 use mobula::display::stereo::Stereo;
 use mobula::image::Size;
 use mobula::load::FORMATS;
 use mobula::medium::Fog;
-use mobula::pipeline::MAX_THREADS;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::traverse::TraverserKind;
 use mobula_core::simd::Level;
 
+#[cfg(feature = "window")]
+use super::values::quoted;
+use super::values::{
+    Given, Plane, Point, UpChoice, as_given, at_least_one, background, channels, distance, finite, fog, fov, part,
+    plane, png, point, samples, size, threads, up,
+};
 use super::volumes::RawOptions;
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -240,22 +245,6 @@ pub(crate) struct InfoOptions {
     pub(crate) json: bool,
 }
 
-/// An axis, or a guess.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct UpChoice(pub(crate) Option<Up>);
-
-/// A value, and the words that it was given in.
-#[derive(Clone, Debug)]
-pub(crate) struct Given<T> {
-    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "for windows"))]
-    pub(crate) words: String,
-    pub(crate) value: T,
-}
-
-fn as_given<T>(parse: fn(&str) -> Result<T, String>) -> impl Fn(&str) -> Result<Given<T>, String> + Clone {
-    move |words| parse(words).map(|value| Given { words: words.to_owned(), value })
-}
-
 impl SceneOptions {
     /// What makes the same scene on the command line, with what a viewer cannot change.
     #[cfg(feature = "window")]
@@ -281,24 +270,6 @@ impl SceneOptions {
     }
 }
 
-/// A word as a shell takes it.
-#[cfg(feature = "window")]
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-+=:,./%@".contains(c);
-    if word.contains(char::is_control) {
-        // As bash, zsh and others read it; bytes, so that no control character is shown.
-        let bytes = word.bytes().map(|b| {
-            if b.is_ascii_graphic() && !b"'\\".contains(&b) { char::from(b).to_string() } else { format!("\\x{b:02x}") }
-        });
-        return format!("$'{}'", bytes.collect::<String>());
-    }
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
 fn scenes_help() -> String {
     let mut text = String::from("Generated scenes:\n");
     for (name, what) in mobula::generate::SCENES {
@@ -313,166 +284,10 @@ fn keys_help() -> String {
     format!("In the window:\n{}", mobula::display::window::HELP)
 }
 
-fn size(text: &str) -> Result<Size, String> {
-    let side = |text: &str| {
-        let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-        // More digits than a usize holds are too large in any case.
-        let side = digits.then(|| text.parse().unwrap_or(usize::MAX));
-        side.ok_or_else(|| "write it as WIDTHxHEIGHT, such as 1024x768".to_owned())
-    };
-    let (width, height) = match text.split_once(['x', 'X', '×', '*', ',']) {
-        Some((width, height)) => (side(width.trim())?, side(height.trim())?),
-        None => side(text).map(|width| (width, if width < 2 { width } else { width.saturating_mul(3) / 4 }))?,
-    };
-    Size::new(width, height).map_err(|error| error.to_string())
-}
-
-fn at_least_one(text: &str) -> Result<u64, String> {
-    text.parse().ok().filter(|count| *count > 0).ok_or_else(|| "give a whole number, 1 or more".to_owned())
-}
-
-fn channels(text: &str) -> Result<u16, String> {
-    text.parse().ok().filter(|count| (1..=64).contains(count)).ok_or_else(|| "give a number from 1 to 64".to_owned())
-}
-
-fn threads(text: &str) -> Result<usize, String> {
-    let count = text.parse().ok().filter(|count| (1..=MAX_THREADS).contains(count));
-    count.ok_or_else(|| format!("there can be 1 to {MAX_THREADS} threads"))
-}
-
-fn samples(text: &str) -> Result<SamplerKind, String> {
-    let problem = || "give a square number from 1 to 1024, such as 1, 4, 9 or 16".to_owned();
-    let count: u32 = text.parse().map_err(|_| problem())?;
-    let side = count.isqrt();
-    if side * side != count || !(1..=32).contains(&side) {
-        return Err(problem());
-    }
-    Ok(if side == 1 { SamplerKind::Single } else { SamplerKind::Jittered { side } })
-}
-
-/// A point with the numbers of a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Point(pub(crate) [f64; 3]);
-
-fn point(text: &str) -> Result<Point, String> {
-    let parts: Vec<&str> = text.split([',', ' ']).filter(|part| !part.is_empty()).collect();
-    let numbers: Vec<f64> = parts.iter().filter_map(|part| finite(part).ok()).collect();
-    match numbers[..] {
-        [x, y, z] if parts.len() == 3 && !text.contains(",,") => Ok(Point([x, y, z])),
-        _ => Err("write three numbers with commas between them, such as 1,2.5,-3".into()),
-    }
-}
-
-fn vector(text: &str) -> Result<Vec3, String> {
-    let Point([x, y, z]) = point(text)?;
-    let vector = Vec3::new(x as f32, y as f32, z as f32);
-    if vector.is_finite() { Ok(vector) } else { Err("the numbers are too large".into()) }
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| "give numbers with commas between them, such as 300 or -200,300".into())
-}
-
-fn part(text: &str) -> Result<f32, String> {
-    let part = text.trim().parse().ok().filter(|part| (0.0..=1.0).contains(part));
-    part.ok_or_else(|| "give numbers from 0 (opaque) to 1 with commas between them".into())
-}
-
-/// A plane (a, b, c, d) with the points where a x + b y + c z = d.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Plane(pub(crate) [f64; 4]);
-
-fn plane(text: &str) -> Result<Plane, String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|number| finite(number).ok()).collect();
-    match numbers[..] {
-        [a, b, c, d] if text.split(',').count() == 4 && [a, b, c] != [0.0; 3] => Ok(Plane([a, b, c, d])),
-        _ => Err("give four numbers, the first three not all 0, such as 1,0,0,0.5 for what is right of x = 0.5".into()),
-    }
-}
-
-fn fov(text: &str) -> Result<f32, String> {
-    let angle = text.parse().ok().filter(|angle| (1.0..=170.0).contains(angle));
-    angle.ok_or_else(|| "give an angle from 1 to 170 degrees".into())
-}
-
-fn distance(text: &str) -> Result<f32, String> {
-    let distance = text.parse().ok().filter(|distance: &f32| distance.is_finite() && *distance > 0.0);
-    distance.ok_or_else(|| "give a number above 0".into())
-}
-
-fn up(text: &str) -> Result<UpChoice, String> {
-    match text {
-        "y" => Ok(UpChoice(Some(Up::Y))),
-        "z" => Ok(UpChoice(Some(Up::Z))),
-        "auto" => Ok(UpChoice(None)),
-        _ => Err("the axes are y, z and auto".into()),
-    }
-}
-
-fn background(text: &str) -> Result<Arc<dyn Background>, String> {
-    if let Ok(kind) = text.parse::<BackgroundKind>() {
-        return Ok(kind.build());
-    }
-    let unknown = || {
-        format!("give {}, three numbers from 0 to 1 such as 0.1,0.2,0.3, or #rrggbb", BackgroundKind::NAMES.join(", "))
-    };
-    color(text).map(|color| Arc::new(Constant { color }) as _).ok_or_else(unknown)
-}
-
-/// A colour: three numbers from 0 to 1 that are linear in light, or six hexadecimal digits, or three, that are sRGB.
-fn color(text: &str) -> Option<Vec3> {
-    let text = text.trim();
-    let digits = text.strip_prefix('#').unwrap_or(text);
-    let number = u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'));
-    match (number, digits.len()) {
-        (Some(number), 6) => Some(from_srgb8([number >> 16, number >> 8, number].map(|byte| byte as u8))),
-        // Each digit stands for two.
-        (Some(number), 3) if digits != text => {
-            Some(from_srgb8([number >> 8, number >> 4, number].map(|digit| (digit & 15) as u8 * 17)))
-        }
-        _ => vector(text).ok().filter(|color| color.min_element() >= 0.0 && color.max_element() <= 1.0),
-    }
-}
-
-fn fog(text: &str) -> Result<Fog, String> {
-    let usage = || {
-        "give a density of at least 0, or a density and a colour such as 0.05,0.6,0.7,0.8 or 0.05,#aabbcc".to_owned()
-    };
-    let (density, tint) = text.split_once(',').map_or((text, None), |(density, tint)| (density, Some(tint)));
-    let density = density.trim().parse().ok().filter(|density: &f32| density.is_finite() && *density >= 0.0);
-    let fog = Fog::new(density.ok_or_else(usage)?);
-    match tint {
-        None => Ok(fog),
-        Some(tint) => color(tint).map(|color| Fog { color, ..fog }).ok_or_else(usage),
-    }
-}
-
 /// How names of files end that can be loaded.
 fn extensions() -> String {
     let ends = FORMATS.iter().flat_map(|format| format.extensions);
     format!("{}; each also with .gz", ends.copied().collect::<Vec<_>>().join(", "))
-}
-
-fn png(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    if text.is_empty() {
-        return Err("give the name of a file".to_owned());
-    }
-    if path.is_dir() || path.file_name().is_none() || text.ends_with('/') {
-        let end = if text.ends_with('/') { "" } else { "/" };
-        return Err(format!("that is a folder; name a file in it, such as {text}{end}mobula.png"));
-    }
-    let device = path.metadata().is_ok_and(|there| !there.is_file());
-    let end = path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase());
-    match end.as_deref() {
-        _ if device => Ok(path),
-        Some("png") => Ok(path),
-        Some("jpg" | "jpeg" | "exr" | "hdr" | "ppm" | "pfm" | "tga" | "tif" | "tiff" | "bmp" | "webp" | "gif") => {
-            Err(format!("pictures are written as PNG; name it {}", path.with_extension("png").display()))
-        }
-        _ => Err(format!("pictures are written as PNG; name it {text}.png")),
-    }
 }
 
 #[cfg(test)]
@@ -483,62 +298,5 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn sizes_are_checked() {
-        for (text, width, height) in [("640x480", 640, 480), ("640 × 480", 640, 480), ("800", 800, 600), ("1", 1, 1)] {
-            assert_eq!(size(text), Ok(Size::new(width, height).unwrap()), "{text}");
-        }
-        for (text, expected) in [
-            ("0x0", "at least 1"),
-            ("100000x100000", "at most"),
-            ("99999999999999999999999x1", "at most"),
-            ("640x", "WIDTHxHEIGHT"),
-            ("-1x5", "WIDTHxHEIGHT"),
-            ("6.5x5", "WIDTHxHEIGHT"),
-            ("", "WIDTHxHEIGHT"),
-        ] {
-            assert!(size(text).unwrap_err().contains(expected), "{text}");
-        }
-    }
-
-    #[test]
-    fn values_are_checked() {
-        assert_eq!(vector("1,-2.5, 3e1"), Ok(Vec3::new(1.0, -2.5, 30.0)));
-        for bad in ["", "1,2", "1,2,3,4", "1,2,x", "nan,0,0", "1,,2,3"] {
-            assert!(vector(bad).is_err(), "{bad}");
-        }
-        assert_eq!(samples("1"), Ok(SamplerKind::Single));
-        assert_eq!(samples("16"), Ok(SamplerKind::Jittered { side: 4 }));
-        for bad in ["0", "2", "1025", "1089", "-4", "4294967295"] {
-            assert!(samples(bad).is_err(), "{bad}");
-        }
-        assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
-        assert!(background("2,0,0").is_err() && background("pink").is_err() && background("1,0,0.5").is_ok());
-        for (text, expected) in [("#ff8800", [255, 136, 0]), ("FF8800", [255, 136, 0]), ("#f80", [255, 136, 0])] {
-            assert_eq!(color(text), Some(from_srgb8(expected)), "{text}");
-        }
-        for bad in ["#ff88", "f80", "#+ff880", "#ff880g", "ff", ""] {
-            assert_eq!(color(bad), None, "{bad}");
-        }
-        assert_eq!(fog("0.5").unwrap().density, 0.5);
-        assert_eq!(fog("0.5,#ffffff").unwrap().color, Vec3::ONE);
-        assert_eq!(fog("0.5,1,0,0.25").unwrap().color, Vec3::new(1.0, 0.0, 0.25));
-        for bad in ["", "-1", "nan", "1,", "1,2,0,0", "1,0,0", "x"] {
-            assert!(fog(bad).is_err(), "{bad}");
-        }
-        for (name, expected) in [
-            ("a.jpg", "name it a.png"),
-            ("b/a", "name it b/a.png"),
-            ("a.b", "name it a.b.png"),
-            (".", "such as ./mobula.png"),
-            ("none/", "such as none/mobula.png"),
-        ] {
-            assert!(png(name).unwrap_err().ends_with(expected), "{name}: {:?}", png(name));
-        }
-        assert!(png("b.PNG").is_ok() && png("####.png").is_ok());
-        #[cfg(feature = "window")]
-        assert_eq!(["a/b.obj", "a b", "it's", ""].map(quoted), ["a/b.obj", "'a b'", r"'it'\''s'", "''"]);
     }
 }

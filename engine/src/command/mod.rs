@@ -13,6 +13,7 @@ mod scene;
 mod series;
 mod signals;
 mod surfaces;
+mod values;
 #[cfg(feature = "window")]
 mod view;
 mod viewpoints;

@@ -59,11 +59,7 @@ impl Field {
 
     /// The corners of the box around all samples.
     pub fn corners(&self) -> [Vec3; 8] {
-        let [x, y, z] = self.grid.dims().map(|n| (n - 1) as f64);
-        std::array::from_fn(|i| {
-            let pick = |axis: usize, most: f64| if i >> axis & 1 == 0 { 0.0 } else { most };
-            self.grid.place().point([pick(0, x), pick(1, y), pick(2, z)]).as_vec3()
-        })
+        self.grid.place().corners(self.grid.dims()).map(|corner| corner.as_vec3())
     }
 
     /// Where a point of space is, in cells.

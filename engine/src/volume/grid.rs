@@ -25,6 +25,12 @@ impl GridPlace {
         self.axes.map(DVec3::length)
     }
 
+    /// The corners of a grid with so many samples along each index: bits 0, 1, 2 of a corner's number say which ends.
+    pub fn corners(&self, dims: [usize; 3]) -> [DVec3; 8] {
+        let last = dims.map(|side| side.saturating_sub(1) as f64);
+        std::array::from_fn(|i| self.point([0, 1, 2].map(|k| if i >> k & 1 == 1 { last[k] } else { 0.0 })))
+    }
+
     /// Where a point between samples is, by its indices.
     pub fn point(&self, [i, j, k]: [f64; 3]) -> DVec3 {
         self.origin + self.axes[0] * i + self.axes[1] * j + self.axes[2] * k

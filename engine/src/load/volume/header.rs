@@ -59,12 +59,6 @@ pub(super) fn check_place(place: &GridPlace) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The corners of a grid.
-fn corners(dims: [usize; 3], place: &GridPlace) -> [DVec3; 8] {
-    let last = dims.map(|side| (side - 1) as f64);
-    std::array::from_fn(|i| place.point([0, 1, 2].map(|k| if i >> k & 1 == 1 { last[k] } else { 0.0 })))
-}
-
 /// The scene of one volume, whose steps these are.
 pub(super) fn scene(
     file: &Path,
@@ -75,7 +69,7 @@ pub(super) fn scene(
     mut warnings: Vec<String>,
 ) -> Result<Loaded, LoadError> {
     let Header { layout, scale, mut place, up, .. } = *header;
-    let positions = corners(layout.dims, &place).map(|corner| corner.to_array());
+    let positions = place.corners(layout.dims).map(|corner| corner.to_array());
     let put = options.place.unwrap_or_else(|| Place::of(&positions, &[0, 1, 2, 3, 4, 5, 6, 7]));
     if options.place.is_none() {
         warnings.extend(put.warning().map(|text| format!("{}: {text}", file.display())));
@@ -85,7 +79,7 @@ pub(super) fn scene(
 
     let mut census = Census::default();
     census.set(VOXELS, layout.voxels() as u64);
-    corners(layout.dims, &place).iter().for_each(|corner| census.include(corner.as_vec3(), 0.0));
+    place.corners(layout.dims).iter().for_each(|corner| census.include(corner.as_vec3(), 0.0));
     let size = census.bounds.1 - census.bounds.0;
     if !(size.is_finite() && census.bounds.0.is_finite() && census.bounds.1.is_finite() && size != Vec3::ZERO
         || layout.dims == [1; 3] && census.bounds.0.is_finite())
