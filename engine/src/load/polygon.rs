@@ -135,7 +135,7 @@ impl Cutter {
     }
 
     /// Does the ear turn left, and is no other corner in it?
-    fn is_ear(&mut self, ear: [u32; 3], looks: &mut usize) -> bool {
+    fn is_ear(&self, ear: [u32; 3], looks: &mut usize) -> bool {
         if self.turn(ear).partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return false;
         }
@@ -143,17 +143,9 @@ impl Cutter {
         let (low, high) = (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
         let ([x, y], [to_x, to_y]) = (self.cell_of(low), self.cell_of(high));
         for cell in (y..=to_y).flat_map(|y| (x..=to_x).map(move |x| (x, y))) {
-            let cell = cell.1 * self.side + cell.0;
-            let mut next = 0;
-            while let Some(&place) = self.cells[cell].get(next) {
+            for &place in &self.cells[cell.1 * self.side + cell.0] {
                 *looks = looks.saturating_sub(1);
-                if !self.reflex[place as usize] {
-                    // It never will be again.
-                    self.cells[cell].swap_remove(next);
-                    continue;
-                }
-                next += 1;
-                if ear.contains(&place) {
+                if !self.reflex[place as usize] || ear.contains(&place) {
                     continue;
                 }
                 let point = self.corners[place as usize];
