@@ -36,6 +36,13 @@ impl<T, const N: usize> DerefMut for Column<T, N> {
     }
 }
 
+impl<T, const N: usize> AsMut<[T]> for Column<T, N> {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut [T] {
+        &mut self.0
+    }
+}
+
 impl<T, const N: usize> AsRef<[T]> for Column<T, N> {
     #[inline(always)]
     fn as_ref(&self) -> &[T] {

@@ -13,6 +13,7 @@ use glam::Vec3;
 use mobula_core::simd::AnyToken;
 use mobula_core::sink::OPAQUE;
 use mobula_core::traverse::Paths;
+pub use mobula_core::volume::Segments;
 
 use crate::geometry::{Geometries, Translucent};
 use crate::image::FrameBuffer;
@@ -160,27 +161,44 @@ pub trait AmbientLight: Any + Debug + Send + Sync {
     fn illuminate(&self, up: Vec3, normals: [&[f32]; 3], out: [&mut [f32]; 3]);
 }
 
-/// Parts of rays, one row each: `origin + t * direction` for t from `t0` to `t1`, which may be infinite.
-#[derive(Clone, Copy, Debug)]
-pub struct Segments<'a> {
-    /// Where the rays start.
-    pub origins: [&'a [f32]; 3],
-    /// Where they go.
-    pub directions: [&'a [f32]; 3],
-    /// Where the segments begin, in lengths of the directions.
-    pub t0: &'a [f32],
-    /// Where they end.
-    pub t1: &'a [f32],
-}
-
-/// What is between surfaces. What it says of a segment must depend on that segment alone, and be the same bits at every level.
+/// What is between surfaces. What it says of a segment must depend on that segment alone, and be the same bits at every level of a numeric
+/// family.
 pub trait Medium: Any + Debug + Send + Sync {
     /// For each segment: the radiance that the medium adds, as it arrives at the beginning, linear RGB; and the fraction of the light
     /// from the end that arrives there.
-    fn march(&self, segments: &Segments<'_>, radiance: [&mut [f32]; 3], transmittance: &mut [f32]);
+    fn march(
+        &self,
+        context: &Context<'_>,
+        segments: &Segments<'_>,
+        radiance: [&mut [f32]; 3],
+        transmittance: &mut [f32],
+    );
 
     /// For each segment, the fraction of the light that gets through.
-    fn transmittance(&self, segments: &Segments<'_>, out: &mut [f32]);
+    fn transmittance(&self, context: &Context<'_>, segments: &Segments<'_>, out: &mut [f32]);
+
+    /// The part of each segment that may be in the medium; nothing of it where the second is not greater. All of it, if the medium is
+    /// everywhere.
+    fn clip(&self, segments: &Segments<'_>, t0: &mut [f32], t1: &mut [f32]) {
+        t0.copy_from_slice(segments.t0);
+        t1.copy_from_slice(segments.t1);
+    }
+
+    /// Within such a length nothing of it changes much: where media overlap, they are mixed in parts of this length. Infinite, if it is
+    /// the same everywhere.
+    fn grain(&self) -> f32 {
+        f32::INFINITY
+    }
+
+    /// Calls `visit` with points around all of it; with none, if it has no end.
+    fn extremes(&self, _visit: &mut dyn FnMut(Vec3)) {}
+}
+
+impl dyn Medium {
+    /// The medium as what it is, if it is of that type.
+    pub fn downcast_ref<M: Medium>(&self) -> Option<&M> {
+        (self as &dyn Any).downcast_ref()
+    }
 }
 
 /// A material and what people call it.
@@ -263,15 +281,15 @@ pub struct Scene {
     pub ambient: Arc<dyn AmbientLight>,
     /// What is seen where nothing is.
     pub background: Arc<dyn Background>,
-    /// What is between surfaces; `None`: nothing.
-    pub medium: Option<Arc<dyn Medium>>,
+    /// What is between surfaces.
+    pub media: Vec<Arc<dyn Medium>>,
     /// Are lights tested for what stands before them?
     pub shadows: bool,
     /// Which way is up.
     pub up: Up,
     /// Where to look from; `None` frames everything.
     pub view: Option<View>,
-    /// Bounds of the geometry as the scene was built, less what was far from most of it: views and lights go by them.
+    /// Bounds of geometry and media as the scene was built, less what was far from most of it: views and lights go by them.
     pub bulk: (Vec3, Vec3),
 }
 
@@ -312,6 +330,17 @@ impl Scene {
         }
     }
 
+    /// Calls `visit` with points around all that can be seen.
+    pub fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
+        self.geometry.extremes(visit);
+        self.media.iter().for_each(|medium| medium.extremes(visit));
+    }
+
+    /// The bounds of all that can be seen; the first corner is not less where there is nothing.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        bounds(&self.geometry, &self.media)
+    }
+
     /// Where to look from, for an image whose width is `aspect` times its height: as the scene says, or so that
     /// everything is seen.
     pub fn view(&self, aspect: f32) -> View {
@@ -322,7 +351,7 @@ impl Scene {
     pub fn framed(&self, aspect: f32) -> View {
         let (low, high) = self.bulk;
         let within = |visit: &mut dyn FnMut(Vec3)| {
-            self.geometry.extremes(&mut |point| {
+            self.extremes(&mut |point| {
                 if point.cmpge(low).all() && point.cmple(high).all() {
                     visit(point);
                 }
@@ -330,4 +359,12 @@ impl Scene {
         };
         View::frame_points(within, self.bulk, self.up, aspect)
     }
+}
+
+/// The bounds of geometry and media.
+pub fn bounds(geometry: &Geometries, media: &[Arc<dyn Medium>]) -> (Vec3, Vec3) {
+    let (mut low, mut high) = geometry.bounds();
+    let mut include = |point: Vec3| (low, high) = (low.min(point), high.max(point));
+    media.iter().for_each(|medium| medium.extremes(&mut include));
+    (low, high)
 }

@@ -126,8 +126,8 @@ const CHANGES: &[Change] = &[
     },
     Change {
         name: "a medium",
-        make: |state| state.stack.scene.medium = Some(Arc::new(Fog::new(0.1))),
-        describe: |scene, _| scene.medium = Some(Arc::new(Fog::new(0.1))),
+        make: |state| state.stack.scene.media = vec![Arc::new(Fog::new(0.1))],
+        describe: |scene, _| scene.media = vec![Arc::new(Fog::new(0.1))],
     },
     Change {
         name: "no shadows",

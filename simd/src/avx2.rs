@@ -152,6 +152,15 @@ impl Token for Avx2 {
         Avx2F32(unsafe { _mm256_mask_i32gather_ps::<4>(zero.0, src.as_ptr(), index.0, mask.0) })
     }
     #[inline(always)]
+    fn lookup(self, table: &[f32; 16], index: Avx2I32) -> Avx2F32 {
+        let (low, high) = (self.load(table, 0).0, self.load(table, 8).0);
+        // Bit 3 of the index chooses the half: it becomes the sign, by which lanes are blended.
+        Avx2F32(avx2!({
+            let (low, high) = (_mm256_permutevar8x32_ps(low, index.0), _mm256_permutevar8x32_ps(high, index.0));
+            _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index.0)))
+        }))
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx2Mask {
         let lane = avx2!(_mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128));
         let bits = self.splat_i32(bits as i32).0;

@@ -149,6 +149,11 @@ impl Token for Avx512 {
         Avx512F32(unsafe { _mm512_mask_i32gather_ps::<4>(zero.0, mask.0, index.0, src.as_ptr()) })
     }
     #[inline(always)]
+    fn lookup(self, table: &[f32; 16], index: Avx512I32) -> Avx512F32 {
+        let table = self.load(table, 0);
+        Avx512F32(avx512!(_mm512_permutexvar_ps(index.0, table.0)))
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx512Mask {
         Avx512Mask(bits as u16)
     }

@@ -52,6 +52,9 @@ pub trait Token: Copy + Debug + Send + Sync + 'static {
     fn load_u32(self, src: &[u32], at: usize) -> Self::I32;
     /// `src[index]` in each lane of `mask`; zero where the mask is off or the index (read as unsigned) is out of range.
     fn gather(self, src: &[f32], index: Self::I32, mask: Self::Mask) -> Self::F32;
+    /// `table[index]` in each lane, by the lowest four bits of the index: a permutation of registers where there is one, and then much
+    /// faster than a gather.
+    fn lookup(self, table: &[f32; 16], index: Self::I32) -> Self::F32;
     /// Lane i is set when bit i is.
     fn mask(self, bits: u32) -> Self::Mask;
     /// The first `n` lanes (all of them when `n >= LANES`).

@@ -297,6 +297,10 @@ macro_rules! one_lane_token {
             self.load_masked(src, index.0 as u32 as usize, mask)
         }
         #[inline(always)]
+        fn lookup(self, table: &[f32; 16], index: Self::I32) -> Self::F32 {
+            self.splat(table[(index.0 & 15) as usize])
+        }
+        #[inline(always)]
         fn mask(self, bits: u32) -> Self::Mask {
             $crate::one_lane::OneMask(bits & 1 == 1)
         }

@@ -110,6 +110,16 @@ impl Token for Sse2 {
         Sse2F32(f32x4::new(lanes) & mask.as_f32())
     }
     #[inline(always)]
+    fn lookup(self, table: &[f32; 16], index: Sse2I32) -> Sse2F32 {
+        let index: [u32; 4] = cast(index.0);
+        Sse2F32(f32x4::new([
+            table[(index[0] & 15) as usize],
+            table[(index[1] & 15) as usize],
+            table[(index[2] & 15) as usize],
+            table[(index[3] & 15) as usize],
+        ]))
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Sse2Mask {
         let lane = u32x4::new([1, 2, 4, 8]);
         Sse2Mask((u32x4::splat(bits) & lane).simd_eq(lane))

@@ -82,7 +82,7 @@ fn one_picture_of_the_built_in_scene() {
 #[test]
 fn one_picture_in_fog() {
     let mut scene = mobula::builtin::scene();
-    scene.medium = Some(Arc::new(Fog::new(0.06)));
+    scene.media = vec![Arc::new(Fog::new(0.06))];
     Case::new(scene, (53, 31)).check(false);
 }
 

@@ -6,7 +6,9 @@
 //! instructions unless the optimiser happens to inline it.
 
 pub mod aabb;
+pub mod absorb;
 pub mod boxes;
+pub mod classify;
 pub mod diverged;
 pub mod edges;
 pub mod frusta;
@@ -19,3 +21,4 @@ pub mod single;
 pub mod sphere;
 pub mod stream;
 pub mod triangle;
+pub mod trilinear;

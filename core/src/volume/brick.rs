@@ -2,8 +2,9 @@
 
 use super::voxel::Voxel;
 
-/// Cells of a brick along each axis. A row along x is as long as the vectors that single rays are tested with.
-pub const CELLS: [usize; 3] = [8, 4, 4];
+// A row along x is as long as the vectors that single rays are tested with.
+pub use crate::kernel::trilinear::CELLS;
+
 /// Samples along each axis: those on the far faces too, which neighbours share.
 const SIDES: [usize; 3] = [CELLS[0] + 1, CELLS[1] + 1, CELLS[2] + 1];
 /// Samples, and room for the last row to be read in vectors.

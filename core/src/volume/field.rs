@@ -3,6 +3,7 @@
 use super::brick::{Brick, CELLS};
 use super::layout::Layout;
 use super::ranges::{NodeRanges, Ranges};
+use super::samples::BrickSamples;
 use super::voxel::Voxel;
 
 /// What a walk asks of a grid: so that it is compiled once, not for each type of samples.
@@ -15,6 +16,9 @@ pub trait Field: Send + Sync {
 
     /// The samples of a brick.
     fn load(&self, at: [usize; 3], brick: &mut Brick);
+
+    /// The samples of a brick for rays that go through it, and their gradients if they are asked for.
+    fn samples(&self, at: [usize; 3], gradients: bool, out: &mut BrickSamples);
 }
 
 /// The samples of a grid, along x first, and what is known of them.
@@ -39,5 +43,13 @@ impl<V: Voxel> Field for GridField<'_, V> {
 
     fn load(&self, at: [usize; 3], brick: &mut Brick) {
         brick.load(self.voxels, self.layout.samples(), [0, 1, 2].map(|axis| at[axis] * CELLS[axis]));
+    }
+
+    fn samples(&self, at: [usize; 3], gradients: bool, out: &mut BrickSamples) {
+        if gradients {
+            out.load_with_gradients(self.voxels, self.layout.samples(), at);
+        } else {
+            out.load(self.voxels, self.layout.samples(), at);
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Volumes: surfaces of equal value in a grid of samples, found without triangles.
+//! Volumes: surfaces of equal value in a grid of samples, found without triangles; and media that samples describe.
 //!
 //! A grid is parted into bricks of 8 x 4 x 4 cells. Above them is an implicit hierarchy: a node is the least and the greatest value
 //! of what is in it, its box follows from its indices. It does not depend on the iso value, so that a change of that costs nothing
@@ -7,23 +7,35 @@
 //!
 //! | file | idea |
 //! |---|---|
+//! | `march` | light through a medium |
+//! | `lighting` | lights that shine on a medium |
+//! | `passage` | the ways of rays through a grid |
 //! | `iso` | the tree of an iso-surface, as walks see it, and how rays meet a brick |
 //! | `field` | a grid with its hierarchy, whatever type its samples have |
 //! | `ranges` | least and greatest values, built from the bricks up |
 //! | `layout` | which bricks there are, and which node is made of which |
 //! | `brick` | the samples of a brick as floats |
+//! | `samples` | the same for rays that go through it, with gradients |
 //! | `voxel` | types of samples |
 
 mod brick;
 mod field;
 mod iso;
 mod layout;
+mod lighting;
+mod march;
+mod passage;
 mod ranges;
+mod samples;
 mod voxel;
 
 pub use brick::{Brick, CELLS};
 pub use field::{Field, GridField};
 pub use iso::IsoTree;
 pub use layout::{Layout, TooLarge};
+pub use lighting::{LightRows, Lighting};
+pub use march::{Between, March, MarchTask, Marched};
+pub use passage::{Passages, Segments, WIDTH};
 pub use ranges::{NodeRanges, Ranges};
+pub use samples::BrickSamples;
 pub use voxel::Voxel;

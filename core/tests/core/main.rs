@@ -6,6 +6,7 @@ mod edges;
 mod far;
 #[path = "../../../simd/tests/common/levels.rs"]
 mod levels;
+mod march;
 mod oracle;
 mod packets;
 mod query;

@@ -123,9 +123,9 @@ fn kernels(options: &mobula::kernels::Options) -> Result<(), Failure> {
 
 /// Says so if a view that is chosen automatically cannot show everything, or there is nothing to show.
 fn told_of_what_is_far(scene: &Scene) {
-    let ((low, high), (all_low, all_high)) = (scene.bulk, scene.geometry.bounds());
+    let ((low, high), (all_low, all_high)) = (scene.bulk, scene.bounds());
     if !all_low.cmple(all_high).all() {
-        if !scene.geometry.list().is_empty() {
+        if !(scene.geometry.list().is_empty() && scene.media.is_empty()) {
             say!("mobula: warning: nothing is left of the scene that could be seen");
         }
     } else if (low, high) != (all_low, all_high) {
@@ -214,7 +214,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     surfaces::show(&mut scene, &options.volumes)?;
     scene.up = options.up.0.or(scene.up);
     if let Some(fog) = &options.fog {
-        scene.medium = Some(Arc::new(fog.value));
+        scene.media.push(Arc::new(fog.value));
     }
     if let Some(background) = &options.background {
         scene.background = Arc::clone(&background.value);

@@ -69,7 +69,7 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
             "output": outputs[0].to_string_lossy(),
             "outputs": outputs.iter().map(|output| output.to_string_lossy()).collect::<Vec<_>>(),
             "geometries": pipeline.state().stack.scene.geometry.list().len(),
-            "media": usize::from(pipeline.state().stack.scene.medium.is_some()),
+            "media": pipeline.state().stack.scene.media.len(),
             "camera": settings.camera.to_string(),
             "renderer": settings.renderer.to_string(),
             "sampler": settings.sampler.to_string(),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use mobula_core::volume::{self as core, Brick, CELLS, Layout, NodeRanges, Ranges, TooLarge};
+use mobula_core::volume::{self as core, Brick, BrickSamples, CELLS, Layout, NodeRanges, Ranges, TooLarge};
 
 use crate::accel::Pool;
 use crate::progress::Progress;
@@ -81,5 +81,12 @@ impl core::Field for Field {
     fn load(&self, at: [usize; 3], brick: &mut Brick) {
         let first = [0, 1, 2].map(|axis| at[axis] * CELLS[axis]);
         with_voxels!(self.grid.voxels(), |voxels| brick.load(voxels, self.grid.dims(), first));
+    }
+
+    fn samples(&self, at: [usize; 3], gradients: bool, out: &mut BrickSamples) {
+        let dims = self.grid.dims();
+        with_voxels!(self.grid.voxels(), |voxels| {
+            if gradients { out.load_with_gradients(voxels, dims, at) } else { out.load(voxels, dims, at) }
+        });
     }
 }

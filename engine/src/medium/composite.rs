@@ -1,31 +1,38 @@
-//! A medium between the eye and surfaces, and between surfaces and lights.
+//! Media between the eye and surfaces, and between surfaces and lights.
 
+use super::several::{march, transmittance};
 use crate::packet::{Column, Columns3, Packet, part, part_mut};
 use crate::scratch::lend;
 use crate::stack::{Context, Illumination, Segments};
 
-/// Puts the scene's medium, if it has one, before what the rays of a packet see: from where they start to what they hit, or to
-/// the ends of their intervals. Rays that go on from surfaces, as reflected ones, have stretches of their own.
+/// Puts the scene's media before what the rays of a packet see: from where they start to what they hit, or to the ends of their
+/// intervals. Rays that go on from surfaces, as reflected ones, have stretches of their own.
 pub fn composite(context: &Context<'_>, packet: &mut Packet) {
-    let Some(medium) = &context.scene.medium else { return };
+    let media = &context.scene.media;
+    if media.is_empty() {
+        return;
+    }
     let count = packet.len();
     let radiance: &mut Columns3 = &mut lend(context.width);
-    let transmittance: &mut Column<f32> = &mut lend(context.width);
+    let through: &mut Column<f32> = &mut lend(context.width);
     let rays = packet.rays();
     let (origins, directions, t0, t1) = (rays.origins(), rays.directions(), rays.t_min(), rays.t_max());
     let segments = Segments { origins, directions, t0, t1 };
-    medium.march(&segments, part_mut(radiance, 0..count), &mut transmittance[..count]);
+    march(media, context, &segments, part_mut(radiance, 0..count), &mut through[..count]);
     for (color, radiance) in packet.color.iter_mut().zip(radiance) {
-        let rows = color[..count].iter_mut().zip(radiance.iter()).zip(transmittance.iter());
+        let rows = color[..count].iter_mut().zip(radiance.iter()).zip(through.iter());
         rows.for_each(|((color, radiance), through)| *color = radiance + through * *color);
     }
 }
 
-/// Weakens what arrives at points by the scene's medium, if it has one.
+/// Weakens what arrives at points by the scene's media.
 pub fn attenuate(context: &Context<'_>, points: [&[f32]; 3], arriving: &mut Illumination) {
-    let Some(medium) = &context.scene.medium else { return };
+    let media = &context.scene.media;
+    if media.is_empty() {
+        return;
+    }
     let count = points[0].len();
-    let transmittance: &mut Column<f32> = &mut lend(context.width);
+    let through: &mut Column<f32> = &mut lend(context.width);
     let t0: &mut Column<f32> = &mut lend(context.width);
     t0[..count].fill(0.0);
     let segments = Segments {
@@ -34,8 +41,8 @@ pub fn attenuate(context: &Context<'_>, points: [&[f32]; 3], arriving: &mut Illu
         t0: &t0[..count],
         t1: &arriving.distance[..count],
     };
-    medium.transmittance(&segments, &mut transmittance[..count]);
+    transmittance(media, context, &segments, &mut through[..count]);
     for radiance in &mut arriving.radiance {
-        radiance[..count].iter_mut().zip(transmittance.iter()).for_each(|(radiance, through)| *radiance *= through);
+        radiance[..count].iter_mut().zip(through.iter()).for_each(|(radiance, through)| *radiance *= through);
     }
 }

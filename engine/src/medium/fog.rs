@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::math::exp_minus;
 use crate::packet::vec3;
-use crate::stack::{Medium, Segments};
+use crate::stack::{Context, Medium, Segments};
 
 /// A homogeneous medium that fills all space (the law of Bouguer, Lambert and Beer): over a distance of d it lets `exp(-density d)` of
 /// the light through, and shines with what is missing of its colour. Light from infinitely far away does not get through it.
@@ -24,8 +24,8 @@ impl Fog {
 }
 
 impl Medium for Fog {
-    fn march(&self, segments: &Segments<'_>, radiance: [&mut [f32]; 3], transmittance: &mut [f32]) {
-        self.transmittance(segments, transmittance);
+    fn march(&self, _: &Context<'_>, segments: &Segments<'_>, radiance: [&mut [f32]; 3], transmittance: &mut [f32]) {
+        self.lets_through(segments, transmittance);
         for (radiance, color) in radiance.into_iter().zip(self.color.to_array()) {
             radiance
                 .iter_mut()
@@ -34,7 +34,13 @@ impl Medium for Fog {
         }
     }
 
-    fn transmittance(&self, segments: &Segments<'_>, out: &mut [f32]) {
+    fn transmittance(&self, _: &Context<'_>, segments: &Segments<'_>, out: &mut [f32]) {
+        self.lets_through(segments, out);
+    }
+}
+
+impl Fog {
+    fn lets_through(&self, segments: &Segments<'_>, out: &mut [f32]) {
         for (i, out) in out.iter_mut().enumerate() {
             let direction = vec3(&segments.directions, i);
             let length = (segments.t1[i] - segments.t0[i]) * direction.dot(direction).sqrt();

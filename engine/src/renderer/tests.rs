@@ -215,7 +215,7 @@ fn foggy(panes: Vec<Arc<dyn Geometry>>, fog: [f32; 2], flat: f32) -> SceneDescri
     };
     let mut scene = stage(panes.into_iter().chain([floor(0.0, 0)]).collect(), glass);
     scene.materials[0].material = Arc::new(Flat { color: Vec3::splat(flat) });
-    scene.medium = Some(Arc::new(Fog { density: fog[0], color: Vec3::splat(fog[1]) }));
+    scene.media = vec![Arc::new(Fog { density: fog[0], color: Vec3::splat(fog[1]) })];
     scene
 }
 
@@ -249,7 +249,7 @@ fn fog_weakens_the_light_on_its_way_to_a_surface() {
     let [density, bright] = [0.3_f32, 0.2];
     for height in [1.0_f32, 3.0, 40.0] {
         let mut scene = stage(vec![floor(0.0, 0)], Lambertian::default());
-        scene.medium = Some(Arc::new(Fog { density, color: Vec3::splat(bright) }));
+        scene.media = vec![Arc::new(Fog { density, color: Vec3::splat(bright) })];
         scene.lights = vec![Arc::new(Point { position: Vec3::Y * height, color: Vec3::ONE, falloff: false })];
         let through = |length: f32| (-density * length).exp();
         let expected = bright * (1.0 - through(5.0)) + through(5.0) * through(height);
@@ -261,7 +261,7 @@ fn fog_weakens_the_light_on_its_way_to_a_surface() {
 #[test]
 fn fog_is_the_same_at_every_packet_width() {
     let mut scene = crate::builtin::scene();
-    scene.medium = Some(Arc::new(Fog::new(0.06)));
+    scene.media = vec![Arc::new(Fog::new(0.06))];
     let picture = render(64, &scene, PLAIN).0;
     assert!(picture != render(64, &crate::builtin::scene(), PLAIN).0, "there is fog");
     for width in [1, 7, 8, 16, 256] {

@@ -10,7 +10,7 @@ use crate::accel::AccelerationKind;
 use crate::geometry::{Geometries, SceneError};
 use crate::light::{Directional, Light, Point};
 use crate::material::{Lambertian, NamedMaterial};
-use crate::stack::{Materials, Scene};
+use crate::stack::{Materials, Scene, bounds};
 use crate::view::Up;
 
 /// Builds a scene from its description. What is wrong with it is left out and told by the
@@ -24,7 +24,12 @@ pub fn build(description: &SceneDescription, kind: AccelerationKind) -> Result<S
 
 /// As [`build`], with the geometry of the same description.
 pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Scene {
-    let bulk = bulk(|visit| geometry.extremes(visit), geometry.bounds());
+    let media = &description.media;
+    let extremes = |visit: &mut dyn FnMut(Vec3)| {
+        geometry.extremes(visit);
+        media.iter().for_each(|medium| medium.extremes(visit));
+    };
+    let bulk = bulk(extremes, bounds(&geometry, media));
     let up = description.up.unwrap_or_else(|| Up::guess(bulk));
     let default = NamedMaterial { name: "default".to_owned(), material: Arc::new(Lambertian::default()) };
     let lights = match &description.lights[..] {
@@ -36,7 +41,7 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
         lights,
         ambient: description.ambient.clone(),
         background: description.background.clone(),
-        medium: description.medium.clone(),
+        media: media.clone(),
         shadows: true,
         geometry,
         up,

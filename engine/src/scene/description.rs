@@ -30,8 +30,8 @@ pub struct SceneDescription {
     pub ambient: Arc<dyn AmbientLight>,
     /// What is seen where nothing is.
     pub background: Arc<dyn Background>,
-    /// What is between surfaces; `None`: nothing.
-    pub medium: Option<Arc<dyn Medium>>,
+    /// What is between surfaces.
+    pub media: Vec<Arc<dyn Medium>>,
     /// Which way is up; `None` guesses from the bounds.
     pub up: Option<Up>,
     /// Where to look from; `None` frames everything.
@@ -49,7 +49,7 @@ impl Default for SceneDescription {
             lights: Vec::new(),
             ambient: Arc::new(Hemisphere::default()),
             background: Arc::new(Gradient::default()),
-            medium: None,
+            media: Vec::new(),
             up: None,
             view: None,
         }
@@ -73,7 +73,7 @@ impl SceneDescription {
         self.lights.push(Arc::new(light));
     }
 
-    /// Adds everything of `other`, whose material indices it shifts; keeps its own name, background, medium, up and view
+    /// Adds everything of `other`, whose material indices it shifts; keeps its own name, background, up and view
     /// where it has them.
     pub fn merge(&mut self, mut other: SceneDescription) {
         let shift = self.materials.len() as u32;
@@ -81,7 +81,7 @@ impl SceneDescription {
         self.volumes.append(&mut other.volumes);
         self.materials.append(&mut other.materials);
         self.lights.append(&mut other.lights);
-        self.medium = self.medium.take().or(other.medium);
+        self.media.append(&mut other.media);
         self.up = self.up.or(other.up);
         self.view = self.view.or(other.view);
         if self.name.is_empty() {

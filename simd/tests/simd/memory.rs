@@ -194,4 +194,29 @@ fn gather(token: AnyToken) {
     token.twin().run(Gathers);
 }
 
-at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather);
+struct Lookups;
+
+impl Task for Lookups {
+    type Output = ();
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let table: [f32; 16] = std::array::from_fn(|i| f32::from_bits(element(i)));
+        for turn in 0..64_u32 {
+            // All places, and bits above the lowest four that must not count.
+            let index: [u32; 16] =
+                std::array::from_fn(|lane| (lane as u32 * 7 + turn) ^ turn.wrapping_mul(0xdead_bee0));
+            let mut out = [0; 16];
+            token.lookup(&table, token.load_u32(&index, 0)).to_bits().store(&mut out, 0);
+            for (lane, &got) in out[..T::LANES].iter().enumerate() {
+                assert_eq!(got, element(index[lane] as usize % 16), "lane {lane}, index {:#x}", index[lane]);
+            }
+        }
+    }
+}
+
+fn lookup(token: AnyToken) {
+    token.run(Lookups);
+    token.twin().run(Lookups);
+}
+
+at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather, lookup);
