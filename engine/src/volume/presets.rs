@@ -53,14 +53,14 @@ const BONE: [Tissue; 7] = [
     (1500.0, [1.0, 1.0, 1.0], 2.5),
 ];
 
-/// Skin is what is between air and fat: a few tenths of it are seen, the rest is what is below.
+/// Skin is what is between air and fat, some millimetres that let half of the light through.
 const SKIN: [Tissue; 9] = [
-    (-500.0, [0.91, 0.72, 0.61], 0.0),
-    (-200.0, [0.91, 0.72, 0.61], 0.18),
-    (-100.0, [0.89, 0.64, 0.50], 0.03),
-    (0.0, [0.82, 0.46, 0.38], 0.012),
-    (80.0, [0.76, 0.38, 0.32], 0.012),
-    (160.0, [0.84, 0.62, 0.50], 0.05),
+    (-550.0, [0.91, 0.72, 0.61], 0.0),
+    (-200.0, [0.91, 0.72, 0.61], 0.28),
+    (-50.0, [0.88, 0.60, 0.48], 0.06),
+    (20.0, [0.80, 0.42, 0.35], 0.02),
+    (100.0, [0.80, 0.42, 0.35], 0.02),
+    (180.0, [0.90, 0.78, 0.64], 0.1),
     (300.0, [0.95, 0.89, 0.76], 1.2),
     (1000.0, [0.98, 0.96, 0.90], 2.0),
     (1500.0, [1.0, 1.0, 1.0], 2.5),
@@ -250,7 +250,7 @@ mod tests {
         }
         assert!(through(Preset::Bone, 40.0, 10.0) > 0.95);
         assert!((0.4..0.7).contains(&through(Preset::Skin, -200.0, 3.0)));
-        assert!(through(Preset::Skin, 40.0, 10.0) > 0.85);
+        assert!(through(Preset::Skin, 40.0, 10.0) > 0.8);
         assert!(through(Preset::Muscle, 50.0, 5.0) < 0.1);
     }
 
