@@ -11,10 +11,11 @@ mod points;
 use std::io::Read;
 use std::path::Path;
 
+use self::points::REMEDY;
 use super::loaded::display_name;
 use super::{LoadError, input};
 use crate::progress::Progress;
-use crate::volume::{MOST_POINTS, TransferFunction};
+use crate::volume::TransferFunction;
 
 /// A larger file is no transfer function.
 const LARGEST: u64 = 4 << 20;
@@ -57,9 +58,6 @@ pub fn load_transfer(path: &Path) -> Result<TransferFunction, LoadError> {
     parse(path, &bytes)
 }
 
-/// What to do about a file that is something else.
-const REMEDY: &str = "give a file that starts with 'mobula transfer 1', or a JSON colour map of ParaView";
-
 fn parse(file: &Path, bytes: &[u8]) -> Result<TransferFunction, LoadError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| {
@@ -72,11 +70,6 @@ fn parse(file: &Path, bytes: &[u8]) -> Result<TransferFunction, LoadError> {
         Some('{' | '[') => paraview::read(file, name, text),
         Some(_) => points::read(file, name, text),
     }
-}
-
-/// An error if there are too many points.
-fn check_count(count: usize) -> Result<(), String> {
-    if count > MOST_POINTS { Err(format!("has more than {MOST_POINTS} points")) } else { Ok(()) }
 }
 
 #[cfg(test)]

@@ -5,12 +5,11 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::check_count;
 use crate::color::from_srgb;
 use crate::load::LoadError;
 use crate::load::text::{counted, number, quoted};
 use crate::volume::color_space::{between_diverging, between_hsv, between_lab};
-use crate::volume::{Scale, TransferFunction, joined};
+use crate::volume::{MOST_POINTS, Scale, TransferFunction, joined};
 
 /// Pieces that a map is made of at least, if it has any way to go between colours.
 const PIECES: usize = 32;
@@ -84,7 +83,9 @@ fn numbers<const N: usize>(map: &Map<String, Value>, key: &str) -> Result<Option
     if !list.len().is_multiple_of(N) {
         return Err(format!("{key} has {}, not {N} a point", counted(list.len() as u64, "number")));
     }
-    check_count(list.len() / N).map_err(|problem| format!("{key} {problem}"))?;
+    if list.len() / N > MOST_POINTS {
+        return Err(format!("{key} has more than {MOST_POINTS} points"));
+    }
     let mut rows = vec![[0.0; N]; list.len() / N];
     for (at, (number, value)) in rows.as_flattened_mut().iter_mut().zip(list).enumerate() {
         *number = value.as_f64().ok_or_else(|| format!("{key}[{at}] is not a number"))?;
