@@ -48,11 +48,13 @@ pub fn to_pixels(token: AnyToken, colors: [&[f32]; 3], count: usize, out: &mut [
 
 /// The linear colour that bytes on the sRGB curve stand for.
 pub fn from_srgb8(bytes: [u8; 3]) -> Vec3 {
-    let linear = |byte: u8| {
-        let v = f64::from(byte) / 255.0;
-        if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
-    };
-    Vec3::from(bytes.map(|byte| linear(byte) as f32))
+    from_srgb(bytes.map(|byte| f64::from(byte) / 255.0))
+}
+
+/// The linear colour that three numbers from 0 to 1 on the sRGB curve stand for.
+pub fn from_srgb(curve: [f64; 3]) -> Vec3 {
+    let linear = |v: f64| if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) };
+    Vec3::from(curve.map(|v| linear(v) as f32))
 }
 
 struct ToPixels<'a> {

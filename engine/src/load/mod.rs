@@ -8,6 +8,7 @@
 //! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
 //! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
 //! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
+//! | `transfer` | transfer functions |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
 //! | `lines` | text line by line |
@@ -29,6 +30,7 @@ mod options;
 mod place;
 mod polygon;
 mod text;
+mod transfer;
 mod volume;
 
 pub use error::LoadError;
@@ -37,4 +39,5 @@ pub use loaded::{Loaded, Report};
 pub use options::{Options, Raw};
 pub use place::Place;
 pub use text::printable;
+pub use transfer::load_transfer;
 pub use volume::{NoVoxelType, VoxelType};

@@ -2,18 +2,27 @@
 //!
 //! | file | idea |
 //! |---|---|
+//! | `presets` | transfer functions by name |
+//! | `transfer` | what values look like: colours and extinction |
+//! | `color_space` | the colour spaces that maps are made in |
 //! | `grid` | the values of one step, and where in space they are |
 //! | `statistics` | which values there are, and how often |
 //! | `voxels` | values in the type that they came in |
 
+pub(crate) mod color_space;
 mod grid;
+mod presets;
 mod statistics;
+mod transfer;
 mod voxels;
 
 use std::sync::Arc;
 
 pub use grid::{Grid, GridError, GridPlace, MOST_SAMPLES};
+pub use presets::Preset;
 pub use statistics::{BINS, Statistics};
+pub(crate) use transfer::joined;
+pub use transfer::{MOST_LABELS, MOST_POINTS, Scale, TransferError, TransferFunction, TransferPoint};
 pub(crate) use voxels::with_voxels;
 pub use voxels::{Samples, Voxels};
 
