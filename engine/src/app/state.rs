@@ -98,7 +98,7 @@ impl State {
     pub fn iso_values(&self) -> Option<(Vec<f64>, [f64; 2])> {
         let mut all = self.stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<IsoSurfaces>());
         let first = all.next()?;
-        all.all(|other| other.values == first.values).then(|| (first.values.clone(), first.field.range()))
+        all.all(|other| other.values == first.values).then(|| (first.values.clone(), first.series.range()))
     }
 
     /// Gives all iso-surfaces these values, where there are as many. Nothing has to be built.

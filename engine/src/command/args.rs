@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clap::{ArgAction, Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use mobula::accel::AccelerationKind;
 use mobula::app::PacketWidth;
 use mobula::background::{Background, BackgroundKind};
@@ -15,17 +15,18 @@ use mobula::choice::list;
 use mobula::display::stereo::Stereo;
 use mobula::image::Size;
 use mobula::load::FORMATS;
-use mobula::medium::Fog;
+use mobula::medium::{DEFAULT_STEP, Fog};
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::traverse::TraverserKind;
+use mobula::volume::Preset;
 use mobula_core::simd::Level;
 
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, Plane, Point, UpChoice, as_given, at_least_one, background, channels, distance, finite, fog, fov, part,
-    plane, png, point, samples, size, threads, up,
+    Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, distance,
+    finite, fog, fov, part, plane, png, point, samples, size, step_length, threads, transfer, up, window,
 };
 use super::volumes::RawOptions;
 
@@ -183,6 +184,25 @@ pub(crate) struct VolumeOptions {
     #[arg(long, help_heading = "Volumes", value_name = "V[,V...]", value_delimiter = ',', value_parser = finite)]
     pub(crate) iso: Vec<f64>,
 
+    #[arg(long, help_heading = "Volumes", value_name = "NAME|FILE", value_parser = transfer, help = format!(
+        "Shows volumes as a medium, as a transfer function says: {}, labels (a colour for each whole number), or a file: text, or a \
+         colour map of ParaView as JSON; several times: one a volume, the last for all further ones. With --iso both are shown",
+        list(Preset::NAMES)
+    ))]
+    pub(crate) transfer: Vec<Transfer>,
+
+    /// The values that the transfer function is for: their middle, and how wide they are [default: as the function says]
+    #[arg(long, help_heading = "Volumes", value_name = "LEVEL,WIDTH", requires = "transfer", value_parser = window)]
+    pub(crate) window: Option<Window>,
+
+    /// Are media of volumes lit by the lights, as surfaces are, or do they glow? [default: lit are bone, skin, muscle and labels]
+    #[arg(long, help_heading = "Volumes", value_name = "WHEN", default_value = "auto", hide_default_value = true)]
+    pub(crate) shading: Shading,
+
+    /// The longest step of rays through media of volumes, in units of cells
+    #[arg(long, help_heading = "Volumes", value_name = "CELLS", default_value_t = DEFAULT_STEP, value_parser = step_length)]
+    pub(crate) step_length: f32,
+
     /// How much light gets through each iso-surface, from 0 to 1; the last number is for all further ones
     #[arg(long, help_heading = "Volumes", value_name = "A[,A...]", value_delimiter = ',', value_parser = part)]
     pub(crate) transparent: Vec<f32>,
@@ -258,13 +278,16 @@ impl SceneOptions {
         option("up", self.up.0.map(|up| if up == Up::Y { "y" } else { "z" }.to_owned()));
         option("background", self.background.as_ref().map(|given| given.words.clone()));
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
-        // Those of iso-surfaces are a viewer's to tell.
-        let VolumeOptions { iso: _, transparent, cut, step } = &self.volumes;
+        // Those that a viewer can change are its own to tell.
+        let VolumeOptions { iso: _, transfer: _, window: _, step: _, transparent, cut, shading, step_length } =
+            &self.volumes;
+        let shading = shading.to_possible_value().filter(|_| *shading != Shading::Auto);
+        option("shading", shading.map(|value| value.get_name().to_owned()));
+        option("step-length", (*step_length != DEFAULT_STEP).then(|| step_length.to_string()));
         option("transparent", joined(transparent.iter().map(f32::to_string).collect()));
         for Plane(numbers) in cut {
             option("cut", joined(numbers.iter().map(f64::to_string).collect()));
         }
-        option("step", (*step > 0).then(|| step.to_string()));
         option("fog", self.fog.as_ref().map(|given| given.words.clone()));
         words.join(" ")
     }

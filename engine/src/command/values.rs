@@ -1,5 +1,6 @@
 //! Values on the command line: from words to what they mean, or to what would be right.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -8,9 +9,10 @@ use mobula::background::{Background, BackgroundKind, Constant};
 use mobula::camera::Up;
 use mobula::color::from_srgb8;
 use mobula::image::Size;
-use mobula::medium::Fog;
+use mobula::medium::{Fog, LEAST_STEP};
 use mobula::pipeline::MAX_THREADS;
 use mobula::sampler::SamplerKind;
+use mobula::volume::Preset;
 
 /// An axis, or a guess.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +46,59 @@ pub(super) fn quoted(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
     }
+}
+
+/// A transfer function, by name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Transfer {
+    Preset(Preset),
+    Labels,
+    File(PathBuf),
+}
+
+pub(super) fn transfer(text: &str) -> Result<Transfer, String> {
+    if text.eq_ignore_ascii_case("labels") {
+        return Ok(Transfer::Labels);
+    }
+    Ok(text.parse().map_or_else(|_| Transfer::File(text.into()), Transfer::Preset))
+}
+
+impl fmt::Display for Transfer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Preset(preset) => preset.fmt(f),
+            Self::Labels => f.write_str("labels"),
+            Self::File(file) => file.display().fmt(f),
+        }
+    }
+}
+
+/// The middle of a range of values, and its width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Window(pub(super) [f64; 2]);
+
+pub(super) fn window(text: &str) -> Result<Window, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[level, width]) if level.is_finite() && width.is_finite() && width > 0.0 => Ok(Window([level, width])),
+        _ => Err("write two numbers with a comma between them, the second above 0, such as 40,400".into()),
+    }
+}
+
+/// When media of volumes are lit.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shading {
+    /// As goes with the transfer function
+    Auto,
+    /// Lit by the lights
+    On,
+    /// They glow
+    Off,
+}
+
+pub(super) fn step_length(text: &str) -> Result<f32, String> {
+    let cells = text.parse().ok().filter(|cells: &f32| (LEAST_STEP..=16.0).contains(cells));
+    cells.ok_or_else(|| format!("give a number from {LEAST_STEP} to 16"))
 }
 
 pub(super) fn size(text: &str) -> Result<Size, String> {

@@ -69,6 +69,52 @@ impl Field {
     }
 }
 
+/// The steps of time of a volume, of which one is shown.
+#[derive(Clone, Debug)]
+pub struct Series {
+    fields: Arc<[Arc<Field>]>,
+    step: usize,
+    range: [f64; 2],
+}
+
+impl Series {
+    /// These steps, the first of them shown.
+    ///
+    /// # Panics
+    /// If there are none.
+    pub fn new(fields: Vec<Arc<Field>>) -> Self {
+        assert!(!fields.is_empty(), "a volume has a step of time");
+        let ends = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.min(c), b.max(d)];
+        let range = fields.iter().map(|field| field.range()).reduce(ends).unwrap_or_default();
+        Self { fields: fields.into(), step: 0, range }
+    }
+
+    /// With this step shown; behind the last comes the first.
+    pub fn at(&self, step: usize) -> Self {
+        Self { step: step % self.fields.len(), ..self.clone() }
+    }
+
+    /// What is shown.
+    pub fn field(&self) -> &Arc<Field> {
+        &self.fields[self.step]
+    }
+
+    /// Which step is shown, from 0.
+    pub fn step(&self) -> usize {
+        self.step
+    }
+
+    /// How many steps there are.
+    pub fn steps(&self) -> usize {
+        self.fields.len()
+    }
+
+    /// The least and the greatest value of all steps.
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+}
+
 impl core::Field for Field {
     fn layout(&self) -> &Layout {
         &self.layout

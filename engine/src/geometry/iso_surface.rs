@@ -9,7 +9,7 @@ use mobula_core::traverse::{Local, Paths};
 use mobula_core::volume::IsoTree;
 use mobula_core::{AnyHitPacket, RayPacket};
 
-use super::field::Field;
+use super::field::{Field, Series};
 use super::gradient::Gradient;
 use super::{Census, DEFAULT_MATERIAL, Geometry, Item, Structure, shift_material};
 use crate::accel::Build;
@@ -24,7 +24,7 @@ pub struct IsoSurfaces {
     /// What people call them.
     pub name: String,
     /// The volume.
-    pub field: Arc<Field>,
+    pub series: Series,
     /// The values; of one that is NaN there is no surface.
     pub values: Vec<f64>,
     /// Index of the material of each surface; [`DEFAULT_MATERIAL`] where there is none.
@@ -50,11 +50,15 @@ impl IsoSurfaces {
         let grid = Grid::new([17; 3], voxels.into(), place, [1.0, 0.0]).expect("a sound grid");
         Self {
             name: "two shells".to_owned(),
-            field: Arc::new(Field::new(Arc::new(grid)).expect("a small grid")),
+            series: Series::new(vec![Arc::new(Field::new(Arc::new(grid)).expect("a small grid"))]),
             values: vec![30.5, 100.0],
             materials: vec![material; 2],
             cuts: vec![[0.8, 0.6, 0.0, 0.55]],
         }
+    }
+
+    fn field(&self) -> &Arc<Field> {
+        self.series.field()
     }
 
     fn sound(&self) -> bool {
@@ -63,15 +67,15 @@ impl IsoSurfaces {
 
     /// What finds the hits.
     fn finder(&self) -> Finder {
-        let to_cells = self.field.to_cells();
+        let to_cells = self.field().to_cells();
         let row = |axis: usize| {
             let row = to_cells.matrix3.row(axis);
             [row.x, row.y, row.z, to_cells.translation[axis]]
         };
         let cuts = self.cuts.iter().map(|&[a, b, c, d]| [a, b, c, -d]).collect();
-        let voxel = |value: &f64| self.field.grid().voxel_of(*value) as f32 + 0.0;
+        let voxel = |value: &f64| self.field().grid().voxel_of(*value) as f32 + 0.0;
         Finder {
-            field: self.field.clone(),
+            field: self.field().clone(),
             values: self.values.iter().map(voxel).collect(),
             local: Local::new([row(0), row(1), row(2)], cuts),
         }
@@ -79,9 +83,9 @@ impl IsoSurfaces {
 
     /// Normals point to where values are less.
     fn fill_normals(&self, hits: &Hits<'_>, how: Gradient, out: &mut [&mut [f32]; 3]) {
-        let points = (0..hits.len()).map(|i| self.field.cells_of(hits.position(i)));
-        let rising = self.field.grid().scale()[0] > 0.0;
-        self.field.gradients(points, how, |i, gradient| {
+        let points = (0..hits.len()).map(|i| self.field().cells_of(hits.position(i)));
+        let rising = self.field().grid().scale()[0] > 0.0;
+        self.field().gradients(points, how, |i, gradient| {
             let down = if rising { -gradient } else { gradient };
             // Where it is flat: towards the ray.
             let towards = -hits.ray(i).1;
@@ -103,17 +107,17 @@ impl Geometry for IsoSurfaces {
     fn census(&self) -> Census {
         let mut census = Census::default();
         census.add(SURFACES, self.values.len() as u64);
-        census.add(VOXELS, self.field.grid().voxels().len() as u64);
+        census.add(VOXELS, self.field().grid().voxels().len() as u64);
         if !self.sound() {
             let bad = self.values.iter().filter(|value| !value.is_finite()).count();
             census.add(NOT_FINITE, bad as u64);
         }
-        self.field.corners().into_iter().for_each(|corner| census.include(corner, 0.0));
+        self.field().corners().into_iter().for_each(|corner| census.include(corner, 0.0));
         census
     }
 
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        self.field.corners().into_iter().for_each(visit);
+        self.field().corners().into_iter().for_each(visit);
     }
 
     fn materials(&self, primitives: &[u32], out: &mut [u32]) -> Option<u32> {
@@ -153,16 +157,16 @@ impl Surface for IsoSurfaces {
 
     /// The position in the grid, from 0 to 1.
     fn texture_coordinates(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
-        let most = self.field.grid().dims().map(|n| n.saturating_sub(1).max(1) as f64);
+        let most = self.field().grid().dims().map(|n| n.saturating_sub(1).max(1) as f64);
         for i in 0..hits.len() {
-            let at = self.field.cells_of(hits.position(i)) / DVec3::from(most);
+            let at = self.field().cells_of(hits.position(i)) / DVec3::from(most);
             set_vec3(&mut out, i, at.as_vec3());
         }
     }
 
     /// The extent of the grid.
     fn error_scales(&self, _: &Hits<'_>, out: &mut [f32]) {
-        let (grid, spacing) = (self.field.grid(), self.field.grid().place().spacing());
+        let (grid, spacing) = (self.field().grid(), self.field().grid().place().spacing());
         let extent = (0..3).map(|axis| spacing[axis] * grid.dims()[axis] as f64).fold(0.0, f64::max);
         out.fill(extent as f32);
     }

@@ -29,7 +29,7 @@ mod tree;
 mod triangle;
 
 pub use census::{Census, Item, Role};
-pub use field::Field;
+pub use field::{Field, Series};
 pub use geometries::{Geometries, NeedsRebuild, SceneError};
 pub use gradient::Gradient;
 pub use group::{Depths, Translucent};

@@ -16,6 +16,6 @@ mod volume;
 
 pub use composite::{attenuate, composite};
 pub use fog::Fog;
-pub use volume::{Between, LEAST_STEP, Volume};
+pub use volume::{Between, DEFAULT_STEP, LEAST_STEP, Volume};
 
 pub use crate::stack::{Medium, Segments};

@@ -4,24 +4,21 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 use mobula_core::Column as Row;
-use mobula_core::kernel::classify::Transfer;
+use mobula_core::kernel::classify::{Knot, Transfer};
 pub use mobula_core::volume::Between;
 use mobula_core::volume::{Field as _, LightRows, Lighting, March, Marched, Passages, WIDTH};
 
-use crate::geometry::Field;
+use crate::geometry::{Field, Series};
 use crate::packet::{Columns3, part, set_vec3, vec3};
 use crate::scratch::{ForWidth, lend};
 use crate::stack::{Context, Illumination, Medium, Segments};
+use crate::volume::{TransferFunction, TransferPoint};
 
 /// A volume as a medium. Steps along rays are equal within a brick of the grid, and the opacity is the same for any length of them.
 #[derive(Clone, Debug)]
 pub struct Volume {
     /// What people call it.
     pub name: String,
-    /// The values.
-    pub field: Arc<Field>,
-    /// What they look like: values as they are stored, colours in linear RGB, extinction per unit of length.
-    pub transfer: Arc<Transfer>,
     /// What is between samples.
     pub between: Between,
     /// The longest step, in units of cells; at least [`LEAST_STEP`].
@@ -30,10 +27,17 @@ pub struct Volume {
     pub lit: bool,
     /// Planes (a, b, c, d): where a x + b y + c z > d, nothing is seen.
     pub cuts: Vec<[f64; 4]>,
+    series: Series,
+    function: Arc<TransferFunction>,
+    window: [f64; 2],
+    /// The function for values as they are stored.
+    transfer: Arc<Transfer>,
 }
 
 /// Shorter steps, in units of cells, gain nothing.
 pub const LEAST_STEP: f32 = 1.0 / 32.0;
+/// Nothing is seen to change with shorter ones.
+pub const DEFAULT_STEP: f32 = 0.5;
 /// Gradients count as surfaces where the value changes by this part of all that is visible in one cell.
 const FLAT: f64 = 1.0 / 64.0;
 
@@ -54,8 +58,57 @@ impl ForWidth for Box<Room> {
 }
 
 impl Volume {
+    /// A volume that glows as a transfer function says.
+    pub fn new(name: impl Into<String>, series: Series, function: Arc<TransferFunction>) -> Self {
+        let window = span(&function.resolve(series.range(), 1.0));
+        let transfer = Arc::new(transfer(&series, &function, window));
+        let name = name.into();
+        let (between, step) = (Between::Linear, DEFAULT_STEP);
+        Self { name, between, step, lit: false, cuts: Vec::new(), series, function, window, transfer }
+    }
+
+    /// With another transfer function, as it is.
+    pub fn with_function(&self, function: Arc<TransferFunction>) -> Self {
+        let window = span(&function.resolve(self.series.range(), 1.0));
+        Self { function, ..self.clone() }.with_window(window)
+    }
+
+    /// With the transfer function moved and stretched along the values, so that its first and its last point are half the width from the
+    /// level: `[level, width]`. A width that is not above 0, or a number that is not finite, changes nothing.
+    pub fn with_window(&self, window: [f64; 2]) -> Self {
+        if !(window[0].is_finite() && window[1].is_finite() && window[1] > 0.0) {
+            return self.clone();
+        }
+        let transfer = Arc::new(transfer(&self.series, &self.function, window));
+        Self { window, transfer, ..self.clone() }
+    }
+
+    /// At another step of time.
+    pub fn at(&self, step: usize) -> Self {
+        Self { series: self.series.at(step), ..self.clone() }.with_window(self.window)
+    }
+
+    /// The middle of the values that the transfer function is for, and how wide they are.
+    pub fn window(&self) -> [f64; 2] {
+        self.window
+    }
+
+    /// The transfer function.
+    pub fn function(&self) -> &Arc<TransferFunction> {
+        &self.function
+    }
+
+    /// The values.
+    pub fn series(&self) -> &Series {
+        &self.series
+    }
+
+    fn field(&self) -> &Field {
+        self.series.field()
+    }
+
     fn to_cells(&self) -> [[f64; 4]; 3] {
-        let to_cells = self.field.to_cells();
+        let to_cells = self.field().to_cells();
         [0, 1, 2].map(|axis| {
             let row = to_cells.matrix3.row(axis);
             [row.x, row.y, row.z, to_cells.translation[axis]]
@@ -68,14 +121,14 @@ impl Volume {
         let count = segments.t0.len();
         self.cut(segments, &mut t0[..count], &mut t1[..count]);
         let cut = Segments { t0: &t0[..count], t1: &t1[..count], ..*segments };
-        if !passages.enter(&cut, &self.to_cells(), self.field.layout()) {
+        if !passages.enter(&cut, &self.to_cells(), self.field().layout()) {
             return false;
         }
         if lit {
             self.light(context, segments, passages, lighting);
         }
         let march = March {
-            field: &*self.field,
+            field: self.field(),
             transfer: &self.transfer,
             between: self.between,
             step: self.step.max(LEAST_STEP),
@@ -109,7 +162,7 @@ impl Volume {
     /// What the lights of the scene are for each ray, where it enters the grid and where it leaves.
     fn light(&self, context: &Context<'_>, segments: &Segments<'_>, passages: &Passages, out: &mut Lighting) {
         let scene = context.scene;
-        let matrix = self.field.to_cells().matrix3;
+        let matrix = self.field().to_cells().matrix3;
         let into_cells = |v: Vec3| (matrix * v.as_dvec3()).as_vec3();
         let up = scene.up.vector();
         out.up = into_cells(up).to_array();
@@ -147,13 +200,40 @@ impl Volume {
     /// The change of the stored value with a length in space from which a gradient counts as a surface.
     fn flat(&self, to_cells: &DMat3) -> f32 {
         let visible = self.transfer.visible();
-        let [low, high] = self.field.range().map(|value| self.field.grid().voxel_of(value));
+        let [low, high] = self.field().range().map(|value| self.field().grid().voxel_of(value));
         let (low, high) = (low.min(high), low.max(high));
         let first = visible.first().map_or(low, |range| f64::from(range[0]).max(low));
         let last = visible.last().map_or(high, |range| f64::from(range[1]).min(high));
         let per_length = (to_cells.determinant().abs()).cbrt();
         ((last - first).max((high - low) * FLAT) * FLAT * per_length).max(f64::from(f32::MIN_POSITIVE)) as f32
     }
+}
+
+/// The middle of the points of a function, and how far its ends are apart.
+fn span(points: &[TransferPoint]) -> [f64; 2] {
+    let ends = points.first().zip(points.last());
+    let [low, high] = ends.map_or([0.0, 1.0], |(first, last)| [first.value, last.value]);
+    // A function of one point, or of one value, has no width of its own.
+    [low * 0.5 + high * 0.5, if high > low { high - low } else { 1.0 }]
+}
+
+/// A function in a window, for values as they are stored.
+fn transfer(series: &Series, function: &TransferFunction, window: [f64; 2]) -> Transfer {
+    let grid = series.field().grid();
+    let (spacing, dims) = (grid.place().spacing(), grid.dims());
+    let side = (0..3).map(|axis| spacing[axis] * dims[axis].saturating_sub(1) as f64).fold(0.0, f64::max);
+    let points = function.resolve(series.range(), side.max(f64::MIN_POSITIVE));
+    let [middle, width] = span(&points);
+    let knot = |point: &TransferPoint| {
+        let value = window[0] + (point.value - middle) / width * window[1];
+        let extinction = point.extinction.min(f64::from(f32::MAX)) as f32;
+        Knot { value: grid.voxel_of(value) as f32, color: point.color, extinction }
+    };
+    let mut knots: Vec<Knot> = points.iter().map(knot).collect();
+    if grid.scale()[0] < 0.0 {
+        knots.reverse();
+    }
+    Transfer::new(&knots)
 }
 
 /// What arrives from everywhere at a level surface, and how much more at one that faces up.
@@ -201,7 +281,7 @@ impl Medium for Volume {
     fn clip(&self, segments: &Segments<'_>, t0: &mut [f32], t1: &mut [f32]) {
         let room: &mut Box<Room> = &mut lend(WIDTH);
         self.cut(segments, t0, t1);
-        room.passages.enter(&Segments { t0, t1, ..*segments }, &self.to_cells(), self.field.layout());
+        room.passages.enter(&Segments { t0, t1, ..*segments }, &self.to_cells(), self.field().layout());
         let count = t0.len();
         t0.copy_from_slice(&room.passages.t0[..count]);
         t1.copy_from_slice(&room.passages.t1[..count]);
@@ -209,10 +289,10 @@ impl Medium for Volume {
 
     /// Two cells.
     fn grain(&self) -> f32 {
-        2.0 * self.field.grid().place().spacing().into_iter().fold(f64::INFINITY, f64::min) as f32
+        2.0 * self.field().grid().place().spacing().into_iter().fold(f64::INFINITY, f64::min) as f32
     }
 
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        self.field.corners().into_iter().for_each(visit);
+        self.field().corners().into_iter().for_each(visit);
     }
 }

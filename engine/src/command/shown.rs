@@ -1,0 +1,185 @@
+//! What volumes are shown as: iso-surfaces at given values, and media as transfer functions say.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use mobula::camera::Up;
+use mobula::geometry::{Field, IsoSurfaces, Series};
+use mobula::load::{load_transfer, printable};
+use mobula::material::Phong;
+use mobula::medium::{self, Between};
+use mobula::scene::SceneDescription;
+use mobula::volume::{Preset, Statistics, TransferFunction, Volume};
+
+use super::args::VolumeOptions;
+use super::failure::Failure;
+use super::tell;
+use super::values::{Plane, Shading, Transfer};
+
+/// Colours of iso-surfaces, in the order of their values: bone, skin, and others that are told apart from these.
+const COLORS: [[f32; 3]; 6] = [
+    [0.86, 0.80, 0.68],
+    [0.80, 0.47, 0.33],
+    [0.35, 0.55, 0.75],
+    [0.55, 0.70, 0.35],
+    [0.70, 0.45, 0.65],
+    [0.85, 0.75, 0.30],
+];
+
+/// Adds to a scene what its volumes are shown as. With `all_steps` those may be changed to other steps of time; else there is only the
+/// one that was asked for.
+pub(crate) fn show(scene: &mut SceneDescription, options: &VolumeOptions, all_steps: bool) -> Result<(), Failure> {
+    if scene.geometry.is_empty() && !scene.volumes.is_empty() {
+        // As scanners, weather and the ground have it.
+        scene.up = scene.up.or(Some(Up::Z));
+    }
+    for (number, volume) in std::mem::take(&mut scene.volumes).into_iter().enumerate() {
+        let series = series(&volume, options.step, all_steps)?;
+        let transfer = options.transfer.get(number).or(options.transfer.last());
+        if let Some(transfer) = transfer {
+            add_medium(scene, &volume, &series, transfer, options)?;
+        }
+        if transfer.is_none() || !options.iso.is_empty() {
+            add_surfaces(scene, &volume, series, options)?;
+        }
+        scene.volumes.push(volume);
+    }
+    Ok(())
+}
+
+/// The steps of a volume, made ready for rays.
+fn series(volume: &Volume, step: usize, all: bool) -> Result<Series, Failure> {
+    let name = printable(&volume.name);
+    let count = volume.steps.len();
+    let Some(grid) = volume.steps.get(step) else {
+        return Err(Failure::Usage(format!("{name} has {count} steps of time, from 0; there is no step {step}")));
+    };
+    let field = |grid| {
+        let field = Field::new(Arc::clone(grid)).map_err(|error| Failure::Output(format!("{name}: {error}")));
+        field.map(Arc::new)
+    };
+    if all {
+        let fields: Result<Vec<_>, _> = volume.steps.iter().map(field).collect();
+        return Ok(Series::new(fields?).at(step));
+    }
+    Ok(Series::new(vec![field(grid)?]))
+}
+
+fn add_medium(
+    scene: &mut SceneDescription,
+    volume: &Volume,
+    series: &Series,
+    transfer: &Transfer,
+    options: &VolumeOptions,
+) -> Result<(), Failure> {
+    let (range, labels) = (series.range(), matches!(transfer, Transfer::Labels));
+    let function = match transfer {
+        Transfer::Preset(preset) => preset.function(range),
+        Transfer::Labels => labels_of(volume, range)?,
+        Transfer::File(file) if !file.exists() => {
+            let known = Preset::NAMES.join(", ");
+            let name = printable(&file.display().to_string()).into_owned();
+            return Err(Failure::Usage(format!(
+                "--transfer {name}: there is neither a transfer function of this name nor such a file; there are {known} and labels"
+            )));
+        }
+        Transfer::File(file) => load_transfer(file)?,
+    };
+    let lit = match options.shading {
+        Shading::Auto => labels || matches!(transfer, Transfer::Preset(Preset::Bone | Preset::Skin | Preset::Muscle)),
+        Shading::On => true,
+        Shading::Off => false,
+    };
+    let mut shown = medium::Volume::new(volume.name.clone(), series.clone(), Arc::new(function));
+    if let Some(window) = options.window {
+        shown = shown.with_window(window.0);
+    }
+    (shown.lit, shown.step, shown.cuts) = (lit, options.step_length, cuts(&options.cut));
+    shown.between = if labels { Between::Nearest } else { Between::Linear };
+    scene.media.push(Arc::new(shown));
+    Ok(())
+}
+
+/// A colour for each label of a volume: the whole numbers among its values.
+fn labels_of(volume: &Volume, [low, high]: [f64; 2]) -> Result<TransferFunction, Failure> {
+    let name = printable(&volume.name);
+    if low.ceil() < f64::from(i32::MIN) || high.floor() > f64::from(i32::MAX) || high - low > f64::from(1 << 24) {
+        return Err(Failure::Output(format!("{name}: its values from {low} to {high} are no labels")));
+    }
+    let first = low.ceil() as i32;
+    let mut there = vec![false; (high.floor() - low.ceil()).max(0.0) as usize + 1];
+    for grid in &volume.steps {
+        for i in 0..grid.voxels().len() {
+            let value = grid.value_of(grid.voxels().get(i));
+            if value.fract() == 0.0
+                && let Some(there) = there.get_mut((value - f64::from(first)) as usize)
+            {
+                *there = true;
+            }
+        }
+    }
+    let labels = (first..).zip(there).filter(|(_, there)| *there).map(|(label, _)| label);
+    TransferFunction::labels("labels", labels).map_err(|error| Failure::Output(format!("{name}: {error}")))
+}
+
+fn cuts(cuts: &[Plane]) -> Vec<[f64; 4]> {
+    cuts.iter().map(|cut| cut.0).collect()
+}
+
+fn add_surfaces(
+    scene: &mut SceneDescription,
+    volume: &Volume,
+    series: Series,
+    options: &VolumeOptions,
+) -> Result<(), Failure> {
+    let name = printable(&volume.name);
+    let mut values = options.iso.clone();
+    if values.is_empty() {
+        let one = Volume { name: String::new(), steps: vec![Arc::clone(series.field().grid())] };
+        let (range, threshold) = Statistics::of(&one).threshold();
+        let range = range.ok_or_else(|| Failure::Output(format!("{name}: no value is a number")))?;
+        let value = rounded(threshold, range);
+        let [low, high] = range;
+        tell!("mobula: {name}: iso-surface at {value}; choose others from {low} to {high} with --iso");
+        values.push(value);
+    } else {
+        let [low, high] = series.range();
+        for value in values.iter().filter(|value| !(low < **value && **value <= high)) {
+            tell!("mobula: warning: {name} has no surface at {value}: its values are from {low} to {high}");
+        }
+    }
+    let material = |number: usize| {
+        let transparency = options.transparent.get(number).or(options.transparent.last()).copied().unwrap_or(0.0);
+        let name = format!("iso-surface at {}", values[number]);
+        let diffuse = Vec3::from(COLORS[number % COLORS.len()]);
+        (name, Phong { diffuse, specular: Vec3::splat(0.15), transparency, refractive_index: 1.0, ..Phong::default() })
+    };
+    let materials = (0..values.len()).map(|number| {
+        let (name, phong) = material(number);
+        scene.add_material(name, phong)
+    });
+    let materials = materials.collect();
+    scene.add(IsoSurfaces { name: volume.name.clone(), series, values, materials, cuts: cuts(&options.cut) });
+    Ok(())
+}
+
+/// A value with no more digits than its range makes sense of.
+fn rounded(value: f64, [low, high]: [f64; 2]) -> f64 {
+    let digits = 10_f64.powf(((high - low) / 1000.0).abs().max(1e-300).log10().ceil());
+    let rounded = (value / digits).round() * digits;
+    // Not 0.30000000000000004.
+    let short: f64 = format!("{rounded:.12e}").parse().unwrap_or(rounded);
+    if low < short && short <= high { short } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_rounded_within_their_range() {
+        assert_eq!(rounded(216.33, [-1024.0, 3071.0]), 220.0);
+        assert_eq!(rounded(0.312_345, [0.0, 1.0]), 0.312);
+        assert_eq!(rounded(5.0, [5.0, 5.0]), 5.0);
+    }
+}
