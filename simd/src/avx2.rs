@@ -161,6 +161,39 @@ impl Token for Avx2 {
         }))
     }
     #[inline(always)]
+    fn gather_rows<const R: usize>(self, rows: &[[f32; 8]; R], index: Avx2I32) -> [Avx2F32; 8] {
+        const { assert!(R.is_power_of_two()) };
+        let mut at = [0; 8];
+        index.store(&mut at, 0);
+        let mut out = [self.splat(0.0); 8];
+        for half in 0..2 {
+            let mut quads = [self.splat(0.0).0; 4];
+            for i in 0..4 {
+                let (a, b) = (&rows[at[i] as usize % R], &rows[at[i + 4] as usize % R]);
+                // SAFETY: AVX by the token; four floats are read, from 0 or 4 on, of rows of eight.
+                quads[i] = unsafe {
+                    let low = _mm256_castps128_ps256(_mm_loadu_ps(a.as_ptr().add(4 * half)));
+                    _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(b.as_ptr().add(4 * half)))
+                };
+            }
+            // Four by four, in both halves.
+            let columns = avx2!({
+                let (a, b) = (_mm256_unpacklo_ps(quads[0], quads[1]), _mm256_unpackhi_ps(quads[0], quads[1]));
+                let (c, d) = (_mm256_unpacklo_ps(quads[2], quads[3]), _mm256_unpackhi_ps(quads[2], quads[3]));
+                [
+                    _mm256_shuffle_ps::<0x44>(a, c),
+                    _mm256_shuffle_ps::<0xee>(a, c),
+                    _mm256_shuffle_ps::<0x44>(b, d),
+                    _mm256_shuffle_ps::<0xee>(b, d),
+                ]
+            });
+            for i in 0..4 {
+                out[4 * half + i] = Avx2F32(columns[i]);
+            }
+        }
+        out
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx2Mask {
         let lane = avx2!(_mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128));
         let bits = self.splat_i32(bits as i32).0;

@@ -154,6 +154,47 @@ impl Token for Avx512 {
         Avx512F32(avx512!(_mm512_permutexvar_ps(index.0, table.0)))
     }
     #[inline(always)]
+    fn gather_rows<const R: usize>(self, rows: &[[f32; 8]; R], index: Avx512I32) -> [Avx512F32; 8] {
+        const { assert!(R.is_power_of_two()) };
+        let mut at = [0; 16];
+        index.store(&mut at, 0);
+        let mut out = [self.splat(0.0); 8];
+        for half in 0..2 {
+            let mut quads = [self.splat(0.0).0; 4];
+            for i in 0..4 {
+                let [a, b, c, d] = [i, i + 4, i + 8, i + 12];
+                let [a, b, c, d] = [
+                    &rows[at[a] as usize % R],
+                    &rows[at[b] as usize % R],
+                    &rows[at[c] as usize % R],
+                    &rows[at[d] as usize % R],
+                ];
+                // SAFETY: AVX-512 by the token; four floats are read, from 0 or 4 on, of rows of eight.
+                quads[i] = unsafe {
+                    let quad = _mm512_castps128_ps512(_mm_loadu_ps(a.as_ptr().add(4 * half)));
+                    let quad = _mm512_mask_broadcast_f32x4(quad, 0x00f0, _mm_loadu_ps(b.as_ptr().add(4 * half)));
+                    let quad = _mm512_mask_broadcast_f32x4(quad, 0x0f00, _mm_loadu_ps(c.as_ptr().add(4 * half)));
+                    _mm512_mask_broadcast_f32x4(quad, 0xf000, _mm_loadu_ps(d.as_ptr().add(4 * half)))
+                };
+            }
+            // Four by four, in all quarters.
+            let columns = avx512!({
+                let (a, b) = (_mm512_unpacklo_ps(quads[0], quads[1]), _mm512_unpackhi_ps(quads[0], quads[1]));
+                let (c, d) = (_mm512_unpacklo_ps(quads[2], quads[3]), _mm512_unpackhi_ps(quads[2], quads[3]));
+                [
+                    _mm512_shuffle_ps::<0x44>(a, c),
+                    _mm512_shuffle_ps::<0xee>(a, c),
+                    _mm512_shuffle_ps::<0x44>(b, d),
+                    _mm512_shuffle_ps::<0xee>(b, d),
+                ]
+            });
+            for i in 0..4 {
+                out[4 * half + i] = Avx512F32(columns[i]);
+            }
+        }
+        out
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx512Mask {
         Avx512Mask(bits as u16)
     }

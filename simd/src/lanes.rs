@@ -55,6 +55,9 @@ pub trait Token: Copy + Debug + Send + Sync + 'static {
     /// `table[index]` in each lane, by the lowest four bits of the index: a permutation of registers where there is one, and then much
     /// faster than a gather.
     fn lookup(self, table: &[f32; 16], index: Self::I32) -> Self::F32;
+    /// Rows of eight, one a lane, as eight vectors: lane i of vector k is `rows[index[i] % R][k]`. A row is read at once and all of them are
+    /// transposed: several times faster than eight gathers. R is a power of two.
+    fn gather_rows<const R: usize>(self, rows: &[[f32; 8]; R], index: Self::I32) -> [Self::F32; 8];
     /// Lane i is set when bit i is.
     fn mask(self, bits: u32) -> Self::Mask;
     /// The first `n` lanes (all of them when `n >= LANES`).

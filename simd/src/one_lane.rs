@@ -301,6 +301,21 @@ macro_rules! one_lane_token {
             self.splat(table[(index.0 & 15) as usize])
         }
         #[inline(always)]
+        fn gather_rows<const R: usize>(self, rows: &[[f32; 8]; R], index: Self::I32) -> [Self::F32; 8] {
+            const { assert!(R.is_power_of_two()) };
+            let [a, b, c, d, e, f, g, h] = rows[index.0 as u32 as usize % R];
+            [
+                self.splat(a),
+                self.splat(b),
+                self.splat(c),
+                self.splat(d),
+                self.splat(e),
+                self.splat(f),
+                self.splat(g),
+                self.splat(h),
+            ]
+        }
+        #[inline(always)]
         fn mask(self, bits: u32) -> Self::Mask {
             $crate::one_lane::OneMask(bits & 1 == 1)
         }

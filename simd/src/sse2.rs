@@ -120,6 +120,18 @@ impl Token for Sse2 {
         ]))
     }
     #[inline(always)]
+    fn gather_rows<const R: usize>(self, rows: &[[f32; 8]; R], index: Sse2I32) -> [Sse2F32; 8] {
+        const { assert!(R.is_power_of_two()) };
+        let index: [u32; 4] = cast(index.0);
+        let mut halves = [[f32x4::ZERO; 4]; 2];
+        for i in 0..4 {
+            let [a, b, c, d, e, f, g, h] = rows[index[i] as usize % R];
+            (halves[0][i], halves[1][i]) = (f32x4::new([a, b, c, d]), f32x4::new([e, f, g, h]));
+        }
+        let ([a, b, c, d], [e, f, g, h]) = (f32x4::transpose(halves[0]), f32x4::transpose(halves[1]));
+        [Sse2F32(a), Sse2F32(b), Sse2F32(c), Sse2F32(d), Sse2F32(e), Sse2F32(f), Sse2F32(g), Sse2F32(h)]
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Sse2Mask {
         let lane = u32x4::new([1, 2, 4, 8]);
         Sse2Mask((u32x4::splat(bits) & lane).simd_eq(lane))

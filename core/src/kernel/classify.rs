@@ -30,24 +30,29 @@ const FEW: usize = 16;
 /// A transfer function: linear between its knots, constant below the first and above the last.
 #[derive(Clone, Debug)]
 pub struct Transfer {
-    /// The values where pieces begin, but for the first piece; padded with infinities to a power of two less one.
-    ends: Vec<f32>,
-    pieces: usize,
-    /// The value that a piece is described from.
-    origin: Table,
-    /// Extinction and colours there, and how fast they change.
-    at: [Table; 4],
-    slope: [Table; 4],
-    /// Integrals over the value, of the extinction and of extinction times colour, from the first knot to the origin.
-    integral: [Table; 4],
+    /// The pieces, if there are few.
+    few: Tables<[f32; FEW]>,
+    /// The pieces, if there are many.
+    many: Option<Tables<Vec<f32>>>,
     /// Two values that are not closer can be told apart in the integrals.
     apart: f32,
     /// Between which values there is any extinction, ascending.
     visible: Vec<[f32; 2]>,
 }
 
-/// A number for each piece, at least [`FEW`].
-type Table = Vec<f32>;
+/// A number for each piece.
+#[derive(Clone, Debug, Default)]
+struct Tables<L> {
+    /// The values where the pieces but the first begin, padded with infinities to a power of two less one.
+    ends: L,
+    /// The value that a piece is described from.
+    origin: L,
+    /// Extinction and colours there, and how fast they change.
+    at: [L; 4],
+    slope: [L; 4],
+    /// Integrals over the value, of the extinction and of extinction times colour, from the first knot to the origin.
+    integral: [L; 4],
+}
 
 impl Transfer {
     /// The function with these knots, by ascending value. Knots out of order or with values that are not finite are left out; no knots
@@ -63,59 +68,22 @@ impl Transfer {
         }
         let outside = Knot { value: 0.0, color: [0.0; 3], extinction: 0.0 };
         let (first, last) = (*sound.first().unwrap_or(&outside), *sound.last().unwrap_or(&outside));
-        let mut transfer = Self {
-            ends: Vec::new(),
-            pieces: 0,
-            origin: Table::new(),
-            at: Default::default(),
-            slope: Default::default(),
-            integral: Default::default(),
-            apart: (last.value - first.value) * (1.0 / 4096.0),
-            visible: Vec::new(),
-        };
-        let mut sums = [0.0; 4];
-        transfer.add(first, None, f32::NEG_INFINITY, &mut sums);
+        let (mut all, mut visible, mut sums) = (Tables::default(), Vec::new(), [0.0; 4]);
+        all.add([first; 2], f32::NEG_INFINITY, &mut sums);
+        show(&mut visible, [first; 2], [f32::NEG_INFINITY, first.value]);
         for pair in sound.windows(2).filter(|pair| pair[0].value < pair[1].value) {
-            transfer.add(pair[0], Some(pair[1]), pair[0].value, &mut sums);
+            let pair = [pair[0], pair[1]];
+            all.add(pair, pair[0].value, &mut sums);
+            show(&mut visible, pair, [pair[0].value, pair[1].value]);
         }
-        transfer.add(last, None, last.value, &mut sums);
-        let padded = transfer.ends.len().next_power_of_two().max(FEW) * 2 - 1;
-        transfer.ends.resize(padded, f32::INFINITY);
-        let Self { origin, at, slope, integral, .. } = &mut transfer;
-        for table in [origin].into_iter().chain(at).chain(slope).chain(integral) {
-            table.resize(table.len().max(FEW), 0.0);
-        }
-        transfer
-    }
-
-    /// Adds the piece from `start` on: from one knot to another, or constant.
-    fn add(&mut self, from: Knot, to: Option<Knot>, start: f32, sums: &mut [f64; 4]) {
-        if self.pieces > 0 {
-            self.ends.push(start);
-        }
-        self.pieces += 1;
-        self.origin.push(from.value);
-        let end = to.unwrap_or(from);
-        let width = f64::from(end.value) - f64::from(from.value);
-        let numbers = |knot: &Knot| [knot.extinction, knot.color[0], knot.color[1], knot.color[2]];
-        let (a, b) = (numbers(&from), numbers(&end));
-        for i in 0..4 {
-            let slope = if width > 0.0 { (f64::from(b[i]) - f64::from(a[i])) / width } else { 0.0 };
-            self.at[i].push(a[i]);
-            self.slope[i].push(slope as f32);
-            self.integral[i].push(sums[i] as f32);
-            // Simpson's rule: a product of two linear functions is integrated exactly.
-            let (s0, s1) = (f64::from(a[0]), f64::from(b[0]));
-            let (c0, c1) = if i == 0 { (1.0, 1.0) } else { (f64::from(a[i]), f64::from(b[i])) };
-            sums[i] += width * (s0 * c0 + (s0 + s1) * (c0 + c1) + s1 * c1) / 6.0;
-        }
-        if from.extinction > 0.0 || end.extinction > 0.0 {
-            let last = if to.is_some() || start == f32::NEG_INFINITY { end.value } else { f32::INFINITY };
-            match self.visible.last_mut() {
-                Some(before) if before[1] >= start => before[1] = last,
-                _ => self.visible.push([start, last]),
-            }
-        }
+        all.add([last; 2], last.value, &mut sums);
+        show(&mut visible, [last; 2], [last.value, f32::INFINITY]);
+        let apart = (last.value - first.value) * (1.0 / 4096.0);
+        let (few, many) = match all.few() {
+            Some(few) => (few, None),
+            None => (Tables::default(), Some(all.padded())),
+        };
+        Self { few, many, apart, visible }
     }
 
     /// Can anything be seen where all values are from `low` to `high`? NaN: no.
@@ -123,39 +91,153 @@ impl Transfer {
         self.visible.iter().any(|&[from, to]| low <= to && high >= from)
     }
 
-    /// The values where anything is seen: from the first to the last of these.
+    /// The values where anything is seen: from the first to the second of each.
     pub fn visible(&self) -> &[[f32; 2]] {
         &self.visible
     }
+}
 
-    /// A number for the pieces of lanes.
-    #[inline(always)]
-    fn look<T: Token>(&self, token: T, table: &Table, piece: T::I32) -> T::F32 {
-        match table.first_chunk() {
-            Some(few) if self.pieces <= FEW => token.lookup(few, piece),
-            _ => token.gather(table, piece, token.mask(u32::MAX)),
+/// Adds a piece to what is visible, if it is.
+fn show(visible: &mut Vec<[f32; 2]>, ends: [Knot; 2], [from, to]: [f32; 2]) {
+    if ends[0].extinction > 0.0 || ends[1].extinction > 0.0 {
+        match visible.last_mut() {
+            Some(before) if before[1] >= from => before[1] = to,
+            _ => visible.push([from, to]),
+        }
+    }
+}
+
+impl Tables<Vec<f32>> {
+    /// Adds the piece between two knots, from `start` on.
+    fn add(&mut self, [from, to]: [Knot; 2], start: f32, sums: &mut [f64; 4]) {
+        if !self.origin.is_empty() {
+            self.ends.push(start);
+        }
+        self.origin.push(from.value);
+        let width = f64::from(to.value) - f64::from(from.value);
+        let numbers = |knot: Knot| [knot.extinction, knot.color[0], knot.color[1], knot.color[2]].map(f64::from);
+        let (a, b) = (numbers(from), numbers(to));
+        for i in 0..4 {
+            let slope = if width > 0.0 { (b[i] - a[i]) / width } else { 0.0 };
+            self.at[i].push(a[i] as f32);
+            self.slope[i].push(slope as f32);
+            self.integral[i].push(sums[i] as f32);
+            // Simpson's rule: a product of two linear functions is integrated exactly.
+            let (c0, c1) = if i == 0 { (1.0, 1.0) } else { (a[i], b[i]) };
+            sums[i] += width * (a[0] * c0 + (a[0] + b[0]) * (c0 + c1) + b[0] * c1) / 6.0;
         }
     }
 
+    /// The same in registers, if there are few.
+    fn few(&self) -> Option<Tables<[f32; FEW]>> {
+        if self.origin.len() > FEW {
+            return None;
+        }
+        let few = |list: &Vec<f32>, padding: f32| core::array::from_fn(|i| *list.get(i).unwrap_or(&padding));
+        Some(Tables {
+            ends: few(&self.ends, f32::INFINITY),
+            origin: few(&self.origin, 0.0),
+            at: [0, 1, 2, 3].map(|i| few(&self.at[i], 0.0)),
+            slope: [0, 1, 2, 3].map(|i| few(&self.slope[i], 0.0)),
+            integral: [0, 1, 2, 3].map(|i| few(&self.integral[i], 0.0)),
+        })
+    }
+
+    fn padded(mut self) -> Self {
+        self.ends.resize((self.ends.len() + 1).next_power_of_two() - 1, f32::INFINITY);
+        self
+    }
+}
+
+/// Tables that lanes look things up in.
+trait LookUp {
+    /// Number `i` of a list in each lane.
+    fn look<T: Token>(&self, token: T, list: &Self::List, i: T::I32) -> T::F32;
+    /// A list of numbers.
+    type List;
     /// The pieces that values are in. NaN is in the first.
+    fn piece<T: Token>(&self, token: T, value: T::F32) -> T::I32;
+}
+
+impl LookUp for Tables<[f32; FEW]> {
+    type List = [f32; FEW];
+
+    #[inline(always)]
+    fn look<T: Token>(&self, token: T, list: &[f32; FEW], i: T::I32) -> T::F32 {
+        token.lookup(list, i)
+    }
+
     #[inline(always)]
     fn piece<T: Token>(&self, token: T, value: T::F32) -> T::I32 {
-        let (zero, one) = (token.splat_i32(0), token.splat_i32(1));
-        let mut piece = zero;
-        if self.pieces <= FEW {
-            for &end in &self.ends[..(self.pieces - 1).min(FEW)] {
-                piece = piece + one.select(value.ge(token.splat(end)), zero);
-            }
-            return piece;
-        }
-        // The number of ends that are not above the value, from its highest bit down.
-        let mut half = self.ends.len().div_ceil(2);
+        let piece = step(token, token.splat_i32(0), value, token.splat(self.ends[FEW / 2 - 1]), FEW / 2);
+        let piece = step(token, piece, value, token.lookup(&self.ends, piece + token.splat_i32(3)), 4);
+        let piece = step(token, piece, value, token.lookup(&self.ends, piece + token.splat_i32(1)), 2);
+        step(token, piece, value, token.lookup(&self.ends, piece), 1)
+    }
+}
+
+impl LookUp for Tables<Vec<f32>> {
+    type List = Vec<f32>;
+
+    #[inline(always)]
+    fn look<T: Token>(&self, token: T, list: &Vec<f32>, i: T::I32) -> T::F32 {
+        token.gather(list, i, token.mask(u32::MAX))
+    }
+
+    #[inline(always)]
+    fn piece<T: Token>(&self, token: T, value: T::F32) -> T::I32 {
+        let (mut piece, mut half) = (token.splat_i32(0), self.ends.len().div_ceil(2));
         while half > 0 {
-            let end = token.gather(&self.ends, piece + token.splat_i32(half as i32 - 1), token.mask(u32::MAX));
-            piece = piece + token.splat_i32(half as i32).select(value.ge(end), zero);
+            let end = self.look(token, &self.ends, piece + token.splat_i32(half as i32 - 1));
+            piece = step(token, piece, value, end, half);
             half /= 2;
         }
         piece
+    }
+}
+
+/// A step of the search for the number of ends that are not above a value, from its highest bit down.
+#[inline(always)]
+fn step<T: Token>(token: T, piece: T::I32, value: T::F32, end: T::F32, half: usize) -> T::I32 {
+    (piece + token.splat_i32(half as i32)).select(value.ge(end), piece)
+}
+
+impl<L> Tables<L> {
+    #[inline(always)]
+    fn seen<T: Token>(&self, token: T, value: T::F32) -> Look<T>
+    where
+        Self: LookUp<List = L>,
+    {
+        let (zero, known) = (token.splat(0.0), value.eq(value));
+        let piece = self.piece(token, value);
+        let from = (value - self.look(token, &self.origin, piece)).select(known, zero);
+        let mut seen = [zero; 4];
+        for i in 0..4 {
+            let (at, slope) = (self.look(token, &self.at[i], piece), self.look(token, &self.slope[i], piece));
+            seen[i] = slope.mul_add(from, at);
+        }
+        seen[0] = seen[0].max(zero).select(known, zero);
+        Look { value, piece, seen }
+    }
+
+    /// The integrals from the first knot to a value.
+    #[inline(always)]
+    fn integrals<T: Token>(&self, token: T, look: &Look<T>) -> [T::F32; 4]
+    where
+        Self: LookUp<List = L>,
+    {
+        let Look { value, piece, seen } = *look;
+        let width = value - self.look(token, &self.origin, piece);
+        let at = self.look(token, &self.at[0], piece);
+        let mut out = [width; 4];
+        out[0] = ((at + seen[0]) * token.splat(0.5)).mul_add(width, self.look(token, &self.integral[0], piece));
+        let sixth = width * token.splat(1.0 / 6.0);
+        for i in 1..4 {
+            let color = self.look(token, &self.at[i], piece);
+            let sum = self.look(token, &self.integral[i], piece);
+            out[i] = simpson::<T>(at, color, seen[0], seen[i]).mul_add(sixth, sum);
+        }
+        out
     }
 }
 
@@ -172,17 +254,10 @@ impl<T: Token> Look<T> {
     /// Of values.
     #[inline(always)]
     pub fn new(token: T, transfer: &Transfer, value: T::F32) -> Self {
-        let (zero, known) = (token.splat(0.0), value.eq(value));
-        let piece = transfer.piece(token, value);
-        let from = (value - transfer.look(token, &transfer.origin, piece)).select(known, zero);
-        let mut seen = [zero; 4];
-        for (i, seen) in seen.iter_mut().enumerate() {
-            let (at, slope) =
-                (transfer.look(token, &transfer.at[i], piece), transfer.look(token, &transfer.slope[i], piece));
-            *seen = slope.mul_add(from, at);
+        match &transfer.many {
+            None => transfer.few.seen(token, value),
+            Some(many) => many.seen(token, value),
         }
-        seen[0] = seen[0].max(zero).select(known, zero);
-        Self { value, piece, seen }
     }
 
     /// Averages from here to `end`, where the value changes linearly: the extinction, and extinction times each colour.
@@ -207,18 +282,10 @@ impl<T: Token> Look<T> {
     /// The integrals from the first knot to the value.
     #[inline(always)]
     fn integrals(&self, token: T, transfer: &Transfer) -> [T::F32; 4] {
-        let width = self.value - transfer.look(token, &transfer.origin, self.piece);
-        let at = transfer.look(token, &transfer.at[0], self.piece);
-        let mut out = [width; 4];
-        out[0] = ((at + self.seen[0]) * token.splat(0.5))
-            .mul_add(width, transfer.look(token, &transfer.integral[0], self.piece));
-        let sixth = width * token.splat(1.0 / 6.0);
-        for i in 1..4 {
-            let color = transfer.look(token, &transfer.at[i], self.piece);
-            let sum = transfer.look(token, &transfer.integral[i], self.piece);
-            out[i] = simpson::<T>(at, color, self.seen[0], self.seen[i]).mul_add(sixth, sum);
+        match &transfer.many {
+            None => transfer.few.integrals(token, self),
+            Some(many) => many.integrals(token, self),
         }
-        out
     }
 }
 

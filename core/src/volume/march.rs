@@ -282,19 +282,19 @@ impl March<'_> {
 
         let nearest = self.between == Between::Nearest;
         let start = inside_of(origin, direction, near, size, zero);
-        let mut last = Look::new(token, self.transfer, Place::new(token, start, rays).value(token, &samples.values));
+        let mut last = Look::new(token, self.transfer, Place::new(token, start).value(token, &samples.values));
         let mut rays = rays;
         for step in 1..=most {
             let number = token.splat(step as f32);
             let seen = if nearest {
                 let middle = dt.mul_add(number - half, near);
-                let place = Place::new(token, inside_of(origin, direction, middle, size, zero), rays);
+                let place = Place::new(token, inside_of(origin, direction, middle, size, zero));
                 let look = Look::new(token, self.transfer, place.nearest(token, &samples.values));
                 let [extinction, r, g, b] = look.seen;
                 [extinction, extinction * r, extinction * g, extinction * b]
             } else {
                 let end = dt.mul_add(number, near);
-                let place = Place::new(token, inside_of(origin, direction, end, size, zero), rays);
+                let place = Place::new(token, inside_of(origin, direction, end, size, zero));
                 let look = Look::new(token, self.transfer, place.value(token, &samples.values));
                 let seen = last.until(token, self.transfer, &look);
                 last = look;
@@ -306,7 +306,7 @@ impl March<'_> {
                 if let Some(lit) = &lit {
                     let middle = number - half;
                     let point = inside_of(origin, direction, dt.mul_add(middle, near), size, zero);
-                    let place = Place::new(token, point, shown);
+                    let place = Place::new(token, point);
                     let mut gradient = [zero; 3];
                     for axis in 0..3 {
                         gradient[axis] = place.value(token, &samples.gradients[axis]);

@@ -219,4 +219,36 @@ fn lookup(token: AnyToken) {
     token.twin().run(Lookups);
 }
 
-at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather, lookup);
+struct RowGathers;
+
+impl Task for RowGathers {
+    type Output = ();
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let rows: [[f32; 8]; 32] = std::array::from_fn(|i| std::array::from_fn(|k| f32::from_bits(element(8 * i + k))));
+        for turn in 0..64_u32 {
+            let index: [u32; 16] =
+                std::array::from_fn(|lane| (lane as u32 * 7 + turn) ^ turn.wrapping_mul(0xdead_bee0));
+            let columns = token.gather_rows(&rows, token.load_u32(&index, 0));
+            for (k, column) in columns.into_iter().enumerate() {
+                let mut out = [0; 16];
+                column.to_bits().store(&mut out, 0);
+                for (lane, &got) in out[..T::LANES].iter().enumerate() {
+                    assert_eq!(
+                        got,
+                        element(index[lane] as usize % 32 * 8 + k),
+                        "lane {lane}, index {:#x}",
+                        index[lane]
+                    );
+                }
+            }
+        }
+    }
+}
+
+fn gather_rows(token: AnyToken) {
+    token.run(RowGathers);
+    token.twin().run(RowGathers);
+}
+
+at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather, lookup, gather_rows);
