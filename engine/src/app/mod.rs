@@ -35,9 +35,11 @@
 mod components;
 mod settings;
 mod state;
+mod volumes;
 
 pub use components::Components;
 pub use settings::{AppError, Settings, pipeline, pipeline_with_geometry};
 pub use state::{Chosen, RayCounts, RenderFrames, State};
+pub use volumes::Volumes;
 
 pub use crate::packet::{PacketWidth, UnknownWidth};

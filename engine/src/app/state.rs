@@ -1,12 +1,11 @@
 //! What transactions change: the state of a pipeline that renders a scene.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use mobula_core::traverse::Paths;
 
 use super::Components;
 use crate::camera::{CameraKind, View};
-use crate::geometry::{Geometry, IsoSurfaces};
 use crate::pipeline::fault::scope;
 use crate::pipeline::{Balance, Frame, Plan, Stage};
 use crate::progress::Progress;
@@ -92,27 +91,6 @@ impl State {
         if before.shadows != chosen.shadows {
             self.stack.scene.shadows = chosen.shadows;
         }
-    }
-
-    /// The values of the iso-surfaces, and the range that they are in; none if there are none, or those of several volumes differ.
-    pub fn iso_values(&self) -> Option<(Vec<f64>, [f64; 2])> {
-        let mut all = self.stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<IsoSurfaces>());
-        let first = all.next()?;
-        all.all(|other| other.values == first.values).then(|| (first.values.clone(), first.series.range()))
-    }
-
-    /// Gives all iso-surfaces these values, where there are as many. Nothing has to be built.
-    pub fn set_iso_values(&mut self, values: &[f64]) {
-        let geometry = &mut self.stack.scene.geometry;
-        let changed = |one: &Arc<dyn Geometry>| match one.downcast_ref::<IsoSurfaces>() {
-            Some(surfaces) if surfaces.values.len() == values.len() => {
-                Arc::new(IsoSurfaces { values: values.to_vec(), ..surfaces.clone() })
-            }
-            _ => Arc::clone(one),
-        };
-        let list = geometry.list().iter().map(changed).collect();
-        let refitted = geometry.refit(list);
-        debug_assert!(refitted.is_ok(), "the primitives are the same");
     }
 
     /// Rays traced since the beginning.

@@ -86,7 +86,7 @@ fn add_medium(
         Transfer::File(file) => load_transfer(file)?,
     };
     let lit = match options.shading {
-        Shading::Auto => labels || matches!(transfer, Transfer::Preset(Preset::Bone | Preset::Skin | Preset::Muscle)),
+        Shading::Auto => labels || matches!(transfer, Transfer::Preset(preset) if preset.is_lit()),
         Shading::On => true,
         Shading::Off => false,
     };

@@ -5,6 +5,7 @@ use mobula::sampler::SamplerKind;
 
 use super::args::SceneOptions;
 use super::failure::Failure;
+use super::values::quoted;
 use super::{Prepared, prepare, render, scene, signals, tell};
 
 /// A window if there is a display, else a picture.
@@ -37,7 +38,8 @@ fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
     // Screenshots are files too.
     signals::listen();
     let scene = options.scene_words();
-    Ok(connection.show(pipeline, &settings, &Titles { name, scene, place })?)
+    let transfer = options.volumes.transfer.iter().map(ToString::to_string).collect();
+    Ok(connection.show(pipeline, &settings, &Titles { name, scene, transfer, quoted, place })?)
 }
 
 impl From<WindowError> for Failure {

@@ -26,12 +26,7 @@ impl Fog {
 impl Medium for Fog {
     fn march(&self, _: &Context<'_>, segments: &Segments<'_>, radiance: [&mut [f32]; 3], transmittance: &mut [f32]) {
         self.lets_through(segments, transmittance);
-        for (radiance, color) in radiance.into_iter().zip(self.color.to_array()) {
-            radiance
-                .iter_mut()
-                .zip(&*transmittance)
-                .for_each(|(radiance, through)| *radiance = color * (1.0 - through));
-        }
+        self.shines(transmittance, radiance);
     }
 
     fn transmittance(&self, _: &Context<'_>, segments: &Segments<'_>, out: &mut [f32]) {
@@ -40,6 +35,15 @@ impl Medium for Fog {
 }
 
 impl Fog {
+    fn shines(&self, transmittance: &[f32], radiance: [&mut [f32]; 3]) {
+        for (radiance, color) in radiance.into_iter().zip(self.color.to_array()) {
+            radiance
+                .iter_mut()
+                .zip(transmittance)
+                .for_each(|(radiance, through)| *radiance = color * (1.0 - through));
+        }
+    }
+
     fn lets_through(&self, segments: &Segments<'_>, out: &mut [f32]) {
         for (i, out) in out.iter_mut().enumerate() {
             let direction = vec3(&segments.directions, i);
@@ -64,7 +68,8 @@ mod tests {
         let (mut radiance, mut through) = ([[9.0; 4]; 3], [9.0; 4]);
         let fog = Fog { color: Vec3::new(1.0, 0.5, 0.0), density: 0.5 };
         let [r, g, b] = &mut radiance;
-        fog.march(&segments, [r, g, b], &mut through);
+        fog.lets_through(&segments, &mut through);
+        fog.shines(&through, [r, g, b]);
         let half = (-1.0_f32).exp();
         for (got, expected) in through.into_iter().zip([half, half, 0.0, 1.0]) {
             assert!((got - expected).abs() < 1e-6, "{got} for {expected}");
@@ -73,7 +78,7 @@ mod tests {
             assert_eq!([radiance[0][i], radiance[1][i], radiance[2][i]], [1.0, 0.5, 0.0].map(|c| c * (1.0 - through)));
         }
         for density in [0.0, -1.0, f32::NAN] {
-            Fog { density, ..fog }.transmittance(&segments, &mut through);
+            Fog { density, ..fog }.lets_through(&segments, &mut through);
             assert_eq!(through, [1.0; 4]);
         }
     }

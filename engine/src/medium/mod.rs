@@ -12,6 +12,8 @@
 mod composite;
 mod fog;
 mod several;
+#[cfg(test)]
+mod tests;
 mod volume;
 
 pub use composite::{attenuate, composite};

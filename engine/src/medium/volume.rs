@@ -60,7 +60,7 @@ impl ForWidth for Box<Room> {
 impl Volume {
     /// A volume that glows as a transfer function says.
     pub fn new(name: impl Into<String>, series: Series, function: Arc<TransferFunction>) -> Self {
-        let window = span(&function.resolve(series.range(), 1.0));
+        let window = function.span(series.range());
         let transfer = Arc::new(transfer(&series, &function, window));
         let name = name.into();
         let (between, step) = (Between::Linear, DEFAULT_STEP);
@@ -69,7 +69,7 @@ impl Volume {
 
     /// With another transfer function, as it is.
     pub fn with_function(&self, function: Arc<TransferFunction>) -> Self {
-        let window = span(&function.resolve(self.series.range(), 1.0));
+        let window = function.span(self.series.range());
         Self { function, ..self.clone() }.with_window(window)
     }
 
@@ -209,21 +209,13 @@ impl Volume {
     }
 }
 
-/// The middle of the points of a function, and how far its ends are apart.
-fn span(points: &[TransferPoint]) -> [f64; 2] {
-    let ends = points.first().zip(points.last());
-    let [low, high] = ends.map_or([0.0, 1.0], |(first, last)| [first.value, last.value]);
-    // A function of one point, or of one value, has no width of its own.
-    [low * 0.5 + high * 0.5, if high > low { high - low } else { 1.0 }]
-}
-
 /// A function in a window, for values as they are stored.
 fn transfer(series: &Series, function: &TransferFunction, window: [f64; 2]) -> Transfer {
     let grid = series.field().grid();
     let (spacing, dims) = (grid.place().spacing(), grid.dims());
     let side = (0..3).map(|axis| spacing[axis] * dims[axis].saturating_sub(1) as f64).fold(0.0, f64::max);
     let points = function.resolve(series.range(), side.max(f64::MIN_POSITIVE));
-    let [middle, width] = span(&points);
+    let [middle, width] = function.span(series.range());
     let knot = |point: &TransferPoint| {
         let value = window[0] + (point.value - middle) / width * window[1];
         let extinction = point.extinction.min(f64::from(f32::MAX)) as f32;

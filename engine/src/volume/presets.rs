@@ -23,6 +23,11 @@ choice! {
 }
 
 impl Preset {
+    /// Are volumes lit by it, as bodies are? Else they glow.
+    pub fn is_lit(self) -> bool {
+        matches!(self, Self::Bone | Self::Skin | Self::Muscle)
+    }
+
     /// The function, for a volume whose least and greatest value are given: what is made for CT becomes relative if they are not in
     /// Hounsfield units.
     pub fn function(self, range: [f64; 2]) -> TransferFunction {

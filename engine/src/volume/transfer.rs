@@ -147,6 +147,14 @@ impl TransferFunction {
         Self::new(name, points, Scale::Absolute, Scale::Relative)
     }
 
+    /// The values that it is for, in a volume with this range: their middle, and how wide they are; 1 if it has one value only.
+    pub fn span(&self, range: [f64; 2]) -> [f64; 2] {
+        let points = self.resolve(range, 1.0);
+        let ends = points.first().zip(points.last());
+        let [low, high] = ends.map_or([0.0, 1.0], |(first, last)| [first.value, last.value]);
+        [low * 0.5 + high * 0.5, if high > low { high - low } else { 1.0 }]
+    }
+
     /// The points in the values and lengths of a volume whose least and greatest value and whose longest side are given; the side
     /// must be above 0.
     pub fn resolve(&self, range: [f64; 2], longest_side: f64) -> Vec<TransferPoint> {

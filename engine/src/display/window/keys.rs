@@ -12,6 +12,13 @@ pub const HELP: &str = "  \
   r                       next renderer
   + -                     more, fewer threads
   . ,                     iso-surfaces at greater, less values
+  ] [                     level of the transfer function up, down
+  } {                     wider, narrower
+  ctrl+left drag          level and width; without a medium, iso values
+  t                       next transfer function
+  space                   time goes on, stops
+  Right Left              next step of time, the one before
+  Up Down                 time goes faster, slower
   p                       screenshot: mobula-0001.png, ...
   0, Home                 back to the first view
   h                       this help
@@ -25,8 +32,17 @@ pub(super) enum Action {
     Renderer,
     MoreThreads,
     FewerThreads,
-    GreaterIso,
-    LessIso,
+    /// Iso values, by so many steps.
+    Iso(i8),
+    /// Level and width of transfer functions.
+    Level(i8),
+    Width(i8),
+    Transfer,
+    /// Another step of time.
+    Step(i8),
+    Play,
+    Faster,
+    Slower,
     Screenshot,
     Reset,
     Help,
@@ -41,8 +57,18 @@ pub(super) fn action(key: &Key) -> Option<Action> {
         Key::Character("r" | "R") => Action::Renderer,
         Key::Character("+" | "=") => Action::MoreThreads,
         Key::Character("-" | "_") => Action::FewerThreads,
-        Key::Character("." | ">") => Action::GreaterIso,
-        Key::Character("," | "<") => Action::LessIso,
+        Key::Character("." | ">") => Action::Iso(1),
+        Key::Character("," | "<") => Action::Iso(-1),
+        Key::Character("]") => Action::Level(1),
+        Key::Character("[") => Action::Level(-1),
+        Key::Character("}") => Action::Width(1),
+        Key::Character("{") => Action::Width(-1),
+        Key::Character("t" | "T") => Action::Transfer,
+        Key::Character(" ") | Key::Named(NamedKey::Space) => Action::Play,
+        Key::Named(NamedKey::ArrowRight) => Action::Step(1),
+        Key::Named(NamedKey::ArrowLeft) => Action::Step(-1),
+        Key::Named(NamedKey::ArrowUp) => Action::Faster,
+        Key::Named(NamedKey::ArrowDown) => Action::Slower,
         Key::Character("p" | "P") => Action::Screenshot,
         Key::Character("0") | Key::Named(NamedKey::Home) => Action::Reset,
         Key::Character("h" | "H" | "?") | Key::Named(NamedKey::F1) => Action::Help,

@@ -9,6 +9,7 @@
 //! | `navigation` | mouse movements as movements of the view |
 //! | `keys` | what each key does |
 //! | `viewer` | the event loop's handler |
+//! | `volumes` | how what volumes are shown as is changed |
 //! | `strips` | pictures that are too large for one request of X11 |
 //! | `connection` | the window itself, from its opening to its end |
 //! | `news` | what the window is told by others |
@@ -20,6 +21,7 @@ mod news;
 mod screen;
 mod strips;
 mod viewer;
+mod volumes;
 
 pub use connection::{Connection, has_display};
 pub use keys::HELP;

@@ -14,6 +14,8 @@ pub(super) enum Drag {
     Orbit,
     /// Moves the eye sideways.
     Pan,
+    /// Changes what volumes are shown as.
+    Values,
 }
 
 impl Drag {
@@ -23,6 +25,7 @@ impl Drag {
         match self {
             Self::Orbit => view.orbit(x * ORBIT, y * ORBIT),
             Self::Pan => view.pan(x, -y),
+            Self::Values => *view,
         }
     }
 }

@@ -8,8 +8,12 @@ use crate::pipeline::Fault;
 pub struct Titles {
     /// The scene's name.
     pub name: String,
-    /// What names the scene on the command line of `mobula render`, as a shell takes it; without the values of iso-surfaces.
+    /// What names the scene on the command line of `mobula render`, as a shell takes it; without what a viewer can change.
     pub scene: String,
+    /// The transfer functions that volumes are shown with, in words of that command.
+    pub transfer: Vec<String>,
+    /// How a shell takes a word.
+    pub quoted: fn(&str) -> String,
     /// Where its files were put.
     pub place: Place,
 }

@@ -20,6 +20,7 @@ use super::navigation::{Drag, dolly};
 use super::news::{News, Titles, WindowError, without_place};
 use super::screen::{Screen, Screenshot};
 use super::strips::Strips;
+use super::volumes::VolumeControls;
 use crate::app::{Chosen, Settings, State};
 use crate::balance::BalancerKind;
 use crate::camera::View;
@@ -43,8 +44,7 @@ pub(super) struct Viewer {
     /// What was asked for, which the state has or is about to have.
     chosen: Chosen,
     first_view: View,
-    /// The values of iso-surfaces and their range, if there are some.
-    iso: Option<(Vec<f64>, [f64; 2])>,
+    volumes: VolumeControls,
     antialiased: SamplerKind,
     drag: Option<(MouseButton, Drag)>,
     mouse: PhysicalPosition<f64>,
@@ -70,7 +70,7 @@ impl Viewer {
         let (size, threads) = (settings.size, settings.threads);
         let state = pipeline.state();
         let chosen = *state.chosen();
-        let iso = state.iso_values();
+        let volumes = VolumeControls::new(state, &titles.transfer);
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
             SamplerKind::Single => SamplerKind::Jittered { side: 3 },
@@ -85,7 +85,7 @@ impl Viewer {
             threads,
             chosen,
             first_view: chosen.view,
-            iso,
+            volumes,
             antialiased,
             drag: None,
             mouse: PhysicalPosition::default(),
@@ -156,28 +156,24 @@ impl Viewer {
             }
             Action::MoreThreads => self.set_threads(self.threads + 1),
             Action::FewerThreads => self.set_threads(self.threads - 1),
-            Action::GreaterIso => self.move_iso(1.0),
-            Action::LessIso => self.move_iso(-1.0),
+            Action::Iso(steps) => self.volumes.move_iso(steps.into(), &self.handle),
+            Action::Level(steps) => {
+                self.volumes.move_window([steps.into(), 0.0], &self.handle);
+            }
+            Action::Width(steps) => {
+                self.volumes.move_window([0.0, steps.into()], &self.handle);
+            }
+            Action::Transfer => self.volumes.next_transfer(&self.handle),
+            Action::Step(by) => self.volumes.move_step(by.into(), &self.handle),
+            Action::Play => self.volumes.play_or_pause(),
+            Action::Faster => self.volumes.speed(2.0),
+            Action::Slower => self.volumes.speed(0.5),
             Action::Screenshot => self.take_screenshot(),
             Action::Reset => self.look(self.first_view),
             Action::Help => tell(format_args!("{HELP}")),
             Action::Close => events.exit(),
         }
         self.title_soon();
-    }
-
-    /// Moves iso-surfaces by so many steps, each a 128th of the range of the values.
-    fn move_iso(&mut self, steps: f64) {
-        let Some((values, [low, high])) = &mut self.iso else { return };
-        let step = (*high - *low) / 128.0;
-        for value in values.iter_mut() {
-            // No more digits than a step makes sense of.
-            let digits = 10_f64.powf((step / 100.0).abs().max(1e-300).log10().ceil());
-            let moved = ((*value + steps * step) / digits).round() * digits;
-            *value = format!("{moved:.9e}").parse().unwrap_or(moved).clamp(*low, *high);
-        }
-        let values = values.clone();
-        self.handle.send("iso values", move |state| state.set_iso_values(&values));
     }
 
     fn set_threads(&mut self, threads: usize) {
@@ -221,12 +217,11 @@ impl Viewer {
         let shadows = if shadows { "" } else { " --no-shadows" };
         let Titles { scene, place, .. } = &self.titles;
         let gap = if scene.is_empty() { "" } else { " " };
-        let values = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-        let iso = self.iso.as_ref().map(|(all, _)| format!(" --iso {}", values(all))).unwrap_or_default();
+        let volumes = self.volumes.options(self.titles.quoted);
         let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
         let (size, eye, at) = (self.size, point(eye), point(at));
         format!(
-            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}{iso}"
+            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}{volumes}"
         )
     }
 
@@ -235,6 +230,7 @@ impl Viewer {
             (ElementState::Pressed, None) => {
                 self.drag = match button {
                     MouseButton::Left if self.modifiers.shift_key() => Some((button, Drag::Pan)),
+                    MouseButton::Left if self.modifiers.control_key() => Some((button, Drag::Values)),
                     MouseButton::Left => Some((button, Drag::Orbit)),
                     MouseButton::Right | MouseButton::Middle => Some((button, Drag::Pan)),
                     _ => None,
@@ -249,8 +245,21 @@ impl Viewer {
         let from = std::mem::replace(&mut self.mouse, to);
         if let Some((_, drag)) = self.drag {
             let by = [(to.x - from.x) as f32, (to.y - from.y) as f32];
-            self.look(drag.apply(&self.chosen.view, by, self.size.height() as f32));
+            if drag == Drag::Values {
+                self.move_values(by);
+            } else {
+                self.look(drag.apply(&self.chosen.view, by, self.size.height() as f32));
+            }
         }
+    }
+
+    /// A drag over volumes: level to the right and width upwards, or without media iso values to the right.
+    fn move_values(&mut self, [x, y]: [f32; 2]) {
+        let steps = [f64::from(x), -f64::from(y)].map(|pixels| pixels / 8.0);
+        if !self.volumes.move_window(steps, &self.handle) {
+            self.volumes.move_iso(steps[0], &self.handle);
+        }
+        self.title_soon();
     }
 
     /// Draws the newest picture, enlarged or shrunk while the pipeline has not caught up with the window's size.
@@ -291,10 +300,9 @@ impl Viewer {
         };
         let Chosen { renderer, sampler, shadows, .. } = self.chosen;
         let shadows = if shadows { "shadows" } else { "no shadows" };
-        let values = |(all, _): &(Vec<f64>, _)| all.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
-        let iso = self.iso.as_ref().map(|iso| format!(", iso {}", values(iso))).unwrap_or_default();
+        let volumes = self.volumes.title();
         window.set_title(&format!(
-            "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows}{iso} | h: help",
+            "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows}{volumes} | h: help",
             self.titles.name,
             self.size,
             1.0 / seconds,
@@ -388,13 +396,14 @@ impl ApplicationHandler<News> for Viewer {
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        match self.title_due {
-            Some(due) if Instant::now() >= due => {
-                self.set_title();
-                events.set_control_flow(ControlFlow::Wait);
-            }
-            Some(due) => events.set_control_flow(ControlFlow::WaitUntil(due)),
-            None => events.set_control_flow(ControlFlow::Wait),
+        let step_due = self.volumes.tick(&self.handle);
+        if step_due.is_some() {
+            self.title_soon();
         }
+        if self.title_due.is_some_and(|due| Instant::now() >= due) {
+            self.set_title();
+        }
+        let due = [self.title_due, step_due].into_iter().flatten().min();
+        events.set_control_flow(due.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }

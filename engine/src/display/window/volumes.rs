@@ -1,0 +1,151 @@
+//! How a viewer changes what volumes are shown as: iso values, level and width, transfer functions, time.
+
+use std::time::{Duration, Instant};
+
+use crate::app::{State, Volumes};
+use crate::pipeline::Handle;
+use crate::volume::Preset;
+
+/// Steps of time a second, at first.
+const SPEED: f64 = 8.0;
+
+/// What was asked for, which the state has or is about to have.
+pub(super) struct VolumeControls {
+    shown: Volumes,
+    first_window: Option<[f64; 2]>,
+    /// The transfer functions as the command line names them.
+    transfer: Vec<String>,
+    per_second: f64,
+    /// When the next step is due, while time goes on.
+    due: Option<Instant>,
+}
+
+impl VolumeControls {
+    /// For the volumes of a state. `transfer` are words that name transfer functions on the command line.
+    pub(super) fn new(state: &State, transfer: &[String]) -> Self {
+        let shown = state.volumes();
+        let first_window = shown.window.map(|(window, _)| window);
+        Self { shown, first_window, transfer: transfer.to_vec(), per_second: SPEED, due: None }
+    }
+
+    /// Moves iso-surfaces by so many steps, each a 128th of the range of the values.
+    pub(super) fn move_iso(&mut self, steps: f64, handle: &Handle<State>) {
+        let Some((values, [low, high])) = &mut self.shown.iso else { return };
+        let step = (*high - *low) / 128.0;
+        for value in values.iter_mut() {
+            *value = rounded(*value + steps * step, step / 100.0).clamp(*low, *high);
+        }
+        let values = values.clone();
+        handle.send("iso values", move |state| state.set_iso_values(&values));
+    }
+
+    /// Moves level and width of media by so many steps, each a 64th: of the range, and of the width. Says whether there are any.
+    pub(super) fn move_window(&mut self, [level_by, width_by]: [f64; 2], handle: &Handle<State>) -> bool {
+        let Some(([level, width], [low, high])) = &mut self.shown.window else { return false };
+        let range = (*high - *low).max(f64::MIN_POSITIVE);
+        let precise = range / 10_000.0;
+        *level = rounded(*level + level_by * range / 64.0, precise).clamp(*low - range, *high + range);
+        *width = rounded(*width * (1.0 + 1.0 / 64.0_f64).powf(width_by * 2.0), precise).clamp(precise, 8.0 * range);
+        let window = [*level, *width];
+        handle.send("window", move |state| state.set_window(window));
+        true
+    }
+
+    /// The next transfer function by name.
+    pub(super) fn next_transfer(&mut self, handle: &Handle<State>) {
+        let Some((window, range)) = &mut self.shown.window else { return };
+        let all = Preset::ALL;
+        let at = all.iter().position(|preset| self.transfer == [preset.name()]);
+        let preset = all[at.map_or(0, |at| (at + 1) % all.len())];
+        self.transfer = vec![preset.name().to_owned()];
+        *window = preset.function(*range).span(*range);
+        self.first_window = Some(*window);
+        handle.send("transfer function", move |state| {
+            state.set_transfer(|range| preset.function(range), preset.is_lit());
+        });
+    }
+
+    /// Goes to another step of time.
+    pub(super) fn move_step(&mut self, by: isize, handle: &Handle<State>) {
+        let Volumes { step, steps, .. } = &mut self.shown;
+        if *steps > 1 {
+            *step = (*step as isize + by).rem_euclid(*steps as isize) as usize;
+            let step = *step;
+            handle.send("step", move |state| state.set_step(step));
+        }
+    }
+
+    /// Lets time go on, or stops it.
+    pub(super) fn play_or_pause(&mut self) {
+        self.due = match self.due {
+            None if self.shown.steps > 1 => Some(Instant::now()),
+            _ => None,
+        };
+    }
+
+    /// Makes time go faster by a factor.
+    pub(super) fn speed(&mut self, factor: f64) {
+        self.per_second = (self.per_second * factor).clamp(1.0 / 16.0, 64.0);
+    }
+
+    /// Goes on to the next step if it is due. Returns when the next will be.
+    pub(super) fn tick(&mut self, handle: &Handle<State>) -> Option<Instant> {
+        let due = self.due?;
+        let now = Instant::now();
+        if now >= due {
+            self.move_step(1, handle);
+            // What could not be shown in time is not made up for.
+            self.due = Some((due + Duration::from_secs_f64(1.0 / self.per_second)).max(now));
+        }
+        self.due
+    }
+
+    /// What the title says.
+    pub(super) fn title(&self) -> String {
+        let mut text = String::new();
+        if let Some((values, _)) = &self.shown.iso {
+            text += &format!(", iso {}", joined(values, ", "));
+        }
+        if let Some(([level, width], _)) = &self.shown.window {
+            text += &format!(", {}, level {level}, width {width}", self.transfer.join(", "));
+        }
+        if self.shown.steps > 1 {
+            text += &format!(", step {} of {}", self.shown.step, self.shown.steps);
+            if self.due.is_some() {
+                text += &format!(", {} a second", rounded(self.per_second, 0.01));
+            }
+        }
+        text
+    }
+
+    /// What makes the same on the command line.
+    pub(super) fn options(&self, quoted: impl Fn(&str) -> String) -> String {
+        let mut text = String::new();
+        if let Some((values, _)) = &self.shown.iso {
+            text += &format!(" --iso {}", joined(values, ","));
+        }
+        for transfer in &self.transfer {
+            text += &format!(" --transfer {}", quoted(transfer));
+        }
+        if let Some((window, _)) = self.shown.window
+            && self.first_window != Some(window)
+        {
+            text += &format!(" --window {}", joined(&window, ","));
+        }
+        if self.shown.step > 0 {
+            text += &format!(" --step {}", self.shown.step);
+        }
+        text
+    }
+}
+
+fn joined(values: &[f64], between: &str) -> String {
+    values.iter().map(f64::to_string).collect::<Vec<_>>().join(between)
+}
+
+/// A value with no more digits than make sense if so much of it matters.
+fn rounded(value: f64, matters: f64) -> f64 {
+    let digits = 10_f64.powf(matters.abs().max(1e-300).log10().ceil());
+    let rounded = (value / digits).round() * digits;
+    format!("{rounded:.9e}").parse().unwrap_or(rounded)
+}
