@@ -7,7 +7,8 @@
 //! absorbed within the same stretch is dealt with by [`absorb`](super::absorb).
 //!
 //! - NaN: a value that is NaN has no extinction.
-//! - Where two values are so close that the difference of integrals would be lost in rounding, the average of both ends counts.
+//! - Where two values are so close that the difference of integrals would be lost in rounding, or so far apart that it is no float, the
+//!   average of both ends counts.
 
 use alloc::vec::Vec;
 
@@ -16,11 +17,11 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 /// A knot of a transfer function. Two of the same value are a jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knot {
-    /// The value, as samples are stored.
+    /// The value, as samples are stored. Beyond 10^31 either way counts as that, so that distances from it are floats.
     pub value: f32,
-    /// Linear RGB.
+    /// Linear RGB; more than 10^9 counts as that.
     pub color: [f32; 3],
-    /// Part of the light that is lost in a unit of length, for short lengths; not negative.
+    /// Part of the light that is lost in a unit of length, for short lengths. Less than 0 counts as 0, more than 10^18 as that.
     pub extinction: f32,
 }
 
@@ -63,7 +64,9 @@ impl Transfer {
             let finite =
                 knot.value.is_finite() && knot.extinction.is_finite() && knot.color.iter().all(|c| c.is_finite());
             if finite && sound.last().is_none_or(|last| last.value <= knot.value) {
-                sound.push(Knot { extinction: knot.extinction.max(0.0), ..*knot });
+                let color = knot.color.map(|channel| channel.clamp(-1e9, 1e9));
+                let (value, extinction) = (knot.value.clamp(-1e31, 1e31), knot.extinction.clamp(0.0, 1e18));
+                sound.push(Knot { value, color, extinction });
             }
         }
         let outside = Knot { value: 0.0, color: [0.0; 3], extinction: 0.0 };
@@ -118,10 +121,11 @@ impl Tables<Vec<f32>> {
         let numbers = |knot: Knot| [knot.extinction, knot.color[0], knot.color[1], knot.color[2]].map(f64::from);
         let (a, b) = (numbers(from), numbers(to));
         for i in 0..4 {
-            let slope = if width > 0.0 { (b[i] - a[i]) / width } else { 0.0 };
+            // What rises more steeply than a float can say is as good as a jump.
+            let slope = if width > 0.0 { ((b[i] - a[i]) / width) as f32 } else { 0.0 };
             self.at[i].push(a[i] as f32);
-            self.slope[i].push(slope as f32);
-            self.integral[i].push(sums[i] as f32);
+            self.slope[i].push(if slope.is_finite() { slope } else { 0.0 });
+            self.integral[i].push(sums[i].clamp(f32::MIN.into(), f32::MAX.into()) as f32);
             // Simpson's rule: a product of two linear functions is integrated exactly.
             let (c0, c1) = if i == 0 { (1.0, 1.0) } else { (a[i], b[i]) };
             sums[i] += width * (a[0] * c0 + (a[0] + b[0]) * (c0 + c1) + b[0] * c1) / 6.0;
@@ -273,7 +277,9 @@ impl<T: Token> Look<T> {
         if apart.any() {
             let (from, to) = (self.integrals(token, transfer), end.integrals(token, transfer));
             for i in 0..4 {
-                average[i] = ((to[i] - from[i]) / distance).select(apart, average[i]);
+                let exact = (to[i] - from[i]) / distance;
+                let sound = exact.abs().le(token.splat(f32::MAX));
+                average[i] = exact.select(apart & sound, average[i]);
             }
         }
         average

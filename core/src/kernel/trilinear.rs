@@ -24,6 +24,16 @@ impl Samples {
     /// Zeros.
     pub const ZERO: Self = Self([[0.0; 8]; ALL]);
 
+    /// The number of sample (i, j, k).
+    ///
+    /// # Panics
+    /// If there is no such sample.
+    pub fn at(&self, at: [usize; 3]) -> f32 {
+        let cell = [0, 1, 2].map(|axis| at[axis].min(CELLS[axis] - 1));
+        let corner = (0..3).map(|axis| (at[axis] - cell[axis]) << axis).sum::<usize>();
+        self.0[(cell[2] * CELLS[1] + cell[1]) * CELLS[0] + cell[0]][corner]
+    }
+
     /// Writes row (j, k) of the samples to the cells that have it.
     #[inline(always)]
     pub fn set_row(&mut self, j: usize, k: usize, row: &[f32; SAMPLES[0]]) {

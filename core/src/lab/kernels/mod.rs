@@ -4,6 +4,7 @@
 //! `iso_cell` is here before its walk: leaves of volumes will call it.
 
 pub mod iso_cell;
+pub mod medium;
 pub mod node;
 pub mod rays;
 pub mod sphere;
@@ -14,6 +15,7 @@ use super::find::{ANY, CLOSEST, Find};
 use super::leaves::{COMMON_ORIGIN, Leaves, PACKET, PARALLEL, SINGLE, STREAM};
 use crate::leaf::{SphereBlock, TriangleBlock};
 use iso_cell::IsoCell;
+use medium::{Absorb, Classify, Sample};
 use node::{NodeDiverged, NodePacket, NodeSingle, NodeStream};
 use rays::{FrustaSetup, Inverse, Normalize, Shears};
 
@@ -38,6 +40,10 @@ crate::kernels! {
         packet_common_origin_unit_any: Leaves<SphereBlock, COMMON_ORIGIN, ANY, true>,
     }
     iso_cell { general: Find<IsoCell> }
+    trilinear { general: Sample<false> }
+    nearest_sample { general: Sample<true> }
+    classify { general: Classify }
+    absorb { general: Absorb }
     node_packet { general: NodePacket<false>, common_origin: NodePacket<true> }
     node_diverged { general: NodeDiverged<false>, common_origin: NodeDiverged<true> }
     node_stream { general: NodeStream }
