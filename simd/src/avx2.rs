@@ -152,6 +152,50 @@ impl Token for Avx2 {
         Avx2F32(unsafe { _mm256_mask_i32gather_ps::<4>(zero.0, src.as_ptr(), index.0, mask.0) })
     }
     #[inline(always)]
+    fn rows<const N: usize>(self, src: &[[f32; 8]; N], index: Avx2I32) -> [Avx2F32; 8] {
+        const { assert!(N.is_power_of_two()) };
+        let mut places = [0; 8];
+        index.store(&mut places, 0);
+        let mut columns = [self.splat(0.0); 8];
+        for half in 0..2 {
+            let mut rows = [self.splat(0.0).0; 4];
+            for (i, row) in rows.iter_mut().enumerate() {
+                // Of two rows that are four lanes apart, four elements each.
+                let mut parts = [core::ptr::null(); 2];
+                for (block, part) in parts.iter_mut().enumerate() {
+                    *part = src[places[4 * block + i] as usize % N].as_ptr().wrapping_add(4 * half);
+                }
+                // SAFETY: AVX by the token; each part is the first or the second half of a row.
+                *row = unsafe {
+                    _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(parts[0])), _mm_loadu_ps(parts[1]))
+                };
+            }
+            let pairs = avx2!([
+                _mm256_unpacklo_ps(rows[0], rows[1]),
+                _mm256_unpacklo_ps(rows[2], rows[3]),
+                _mm256_unpackhi_ps(rows[0], rows[1]),
+                _mm256_unpackhi_ps(rows[2], rows[3])
+            ]);
+            for i in 0..2 {
+                let (a, b) = (pairs[2 * i], pairs[2 * i + 1]);
+                columns[4 * half + 2 * i] = Avx2F32(avx2!(_mm256_shuffle_ps::<0x44>(a, b)));
+                columns[4 * half + 2 * i + 1] = Avx2F32(avx2!(_mm256_shuffle_ps::<0xee>(a, b)));
+            }
+        }
+        columns
+    }
+    #[inline(always)]
+    fn is_member(self, set: &[u32; 4], index: Avx2I32) -> Avx2Mask {
+        // SAFETY: AVX2 by the token; four words are read from an array of four.
+        Avx2Mask(unsafe {
+            let words = _mm256_castsi256_ps(_mm256_broadcastsi128_si256(_mm_loadu_si128(set.as_ptr().cast())));
+            let word = _mm256_castps_si256(_mm256_permutevar_ps(words, _mm256_srli_epi32::<5>(index.0)));
+            // The bit where the sign is, and from there everywhere.
+            let up = _mm256_andnot_si256(index.0, _mm256_set1_epi32(31));
+            _mm256_castsi256_ps(_mm256_srai_epi32::<31>(_mm256_sllv_epi32(word, up)))
+        })
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx2Mask {
         let lane = avx2!(_mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128));
         let bits = self.splat_i32(bits as i32).0;

@@ -149,6 +149,57 @@ impl Token for Avx512 {
         Avx512F32(unsafe { _mm512_mask_i32gather_ps::<4>(zero.0, mask.0, index.0, src.as_ptr()) })
     }
     #[inline(always)]
+    fn rows<const N: usize>(self, src: &[[f32; 8]; N], index: Avx512I32) -> [Avx512F32; 8] {
+        const { assert!(N.is_power_of_two()) };
+        let mut places = [0; 16];
+        index.store(&mut places, 0);
+        let mut columns = [self.splat(0.0); 8];
+        for half in 0..2 {
+            let mut rows = [self.splat(0.0).0; 4];
+            for (i, row) in rows.iter_mut().enumerate() {
+                // Of four rows that are four lanes apart, four elements each.
+                let mut parts = [core::ptr::null(); 4];
+                for (block, part) in parts.iter_mut().enumerate() {
+                    *part = src[places[4 * block + i] as usize % N].as_ptr().wrapping_add(4 * half);
+                }
+                // SAFETY: AVX-512 by the token; each part is the first or the second half of a row.
+                *row = unsafe {
+                    let low = _mm256_insertf128_ps::<1>(
+                        _mm256_castps128_ps256(_mm_loadu_ps(parts[0])),
+                        _mm_loadu_ps(parts[1]),
+                    );
+                    let high = _mm256_insertf128_ps::<1>(
+                        _mm256_castps128_ps256(_mm_loadu_ps(parts[2])),
+                        _mm_loadu_ps(parts[3]),
+                    );
+                    _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high)
+                };
+            }
+            let pairs = avx512!([
+                _mm512_unpacklo_ps(rows[0], rows[1]),
+                _mm512_unpacklo_ps(rows[2], rows[3]),
+                _mm512_unpackhi_ps(rows[0], rows[1]),
+                _mm512_unpackhi_ps(rows[2], rows[3])
+            ]);
+            for i in 0..2 {
+                let (a, b) = (pairs[2 * i], pairs[2 * i + 1]);
+                columns[4 * half + 2 * i] = Avx512F32(avx512!(_mm512_shuffle_ps::<0x44>(a, b)));
+                columns[4 * half + 2 * i + 1] = Avx512F32(avx512!(_mm512_shuffle_ps::<0xee>(a, b)));
+            }
+        }
+        columns
+    }
+    #[inline(always)]
+    fn is_member(self, set: &[u32; 4], index: Avx512I32) -> Avx512Mask {
+        // SAFETY: AVX-512 by the token; four words are read from an array of four.
+        Avx512Mask(unsafe {
+            let words = _mm512_broadcast_f32x4(_mm_loadu_ps(set.as_ptr().cast()));
+            let word = _mm512_permutevar_ps(words, _mm512_srli_epi32::<5>(index.0));
+            let bit = _mm512_sllv_epi32(_mm512_set1_epi32(1), _mm512_and_si512(index.0, _mm512_set1_epi32(31)));
+            _mm512_test_epi32_mask(_mm512_castps_si512(word), bit)
+        })
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx512Mask {
         Avx512Mask(bits as u16)
     }

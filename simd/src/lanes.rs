@@ -52,6 +52,10 @@ pub trait Token: Copy + Debug + Send + Sync + 'static {
     fn load_u32(self, src: &[u32], at: usize) -> Self::I32;
     /// `src[index]` in each lane of `mask`; zero where the mask is off or the index (read as unsigned) is out of range.
     fn gather(self, src: &[f32], index: Self::I32, mask: Self::Mask) -> Self::F32;
+    /// Row `index % N` in each lane, transposed: result i holds element i of the rows. `N` is a power of two.
+    fn rows<const N: usize>(self, src: &[[f32; 8]; N], index: Self::I32) -> [Self::F32; 8];
+    /// Is `index % 128` in the set? Bit i of word w says it of 32 w + i.
+    fn is_member(self, set: &[u32; 4], index: Self::I32) -> Self::Mask;
     /// Lane i is set when bit i is.
     fn mask(self, bits: u32) -> Self::Mask;
     /// The first `n` lanes (all of them when `n >= LANES`).

@@ -297,6 +297,20 @@ macro_rules! one_lane_token {
             self.load_masked(src, index.0 as u32 as usize, mask)
         }
         #[inline(always)]
+        fn rows<const N: usize>(self, src: &[[f32; 8]; N], index: Self::I32) -> [Self::F32; 8] {
+            const { assert!(N.is_power_of_two()) };
+            let mut columns = [self.splat(0.0); 8];
+            for i in 0..8 {
+                columns[i] = self.splat(src[index.0 as u32 as usize % N][i]);
+            }
+            columns
+        }
+        #[inline(always)]
+        fn is_member(self, set: &[u32; 4], index: Self::I32) -> Self::Mask {
+            let index = index.0 as u32;
+            $crate::one_lane::OneMask(set[(index / 32 % 4) as usize] >> (index % 32) & 1 == 1)
+        }
+        #[inline(always)]
         fn mask(self, bits: u32) -> Self::Mask {
             $crate::one_lane::OneMask(bits & 1 == 1)
         }

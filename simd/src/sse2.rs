@@ -110,6 +110,36 @@ impl Token for Sse2 {
         Sse2F32(f32x4::new(lanes) & mask.as_f32())
     }
     #[inline(always)]
+    fn rows<const N: usize>(self, src: &[[f32; 8]; N], index: Sse2I32) -> [Sse2F32; 8] {
+        const { assert!(N.is_power_of_two()) };
+        let index: [u32; 4] = cast(index.0);
+        let mut columns = [self.splat(0.0); 8];
+        for half in 0..2 {
+            let mut rows = [f32x4::ZERO; 4];
+            for lane in 0..4 {
+                let row = &src[index[lane] as usize % N];
+                rows[lane] = match window::<f32, 4>(row, 4 * half) {
+                    Some(four) => f32x4::new(*four),
+                    None => f32x4::ZERO,
+                };
+            }
+            let turned = f32x4::transpose(rows);
+            for i in 0..4 {
+                columns[4 * half + i] = Sse2F32(turned[i]);
+            }
+        }
+        columns
+    }
+    #[inline(always)]
+    fn is_member(self, set: &[u32; 4], index: Sse2I32) -> Sse2Mask {
+        let index: [u32; 4] = cast(index.0);
+        let mut lanes = [0; 4];
+        for i in 0..4 {
+            lanes[i] = (set[(index[i] / 32 % 4) as usize] >> (index[i] % 32) & 1).wrapping_neg();
+        }
+        Sse2Mask(u32x4::new(lanes))
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Sse2Mask {
         let lane = u32x4::new([1, 2, 4, 8]);
         Sse2Mask((u32x4::splat(bits) & lane).simd_eq(lane))

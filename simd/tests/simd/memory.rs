@@ -2,7 +2,7 @@
 //! in it and beyond, and that nothing outside is touched.
 
 use crate::levels::at_every_level;
-use mobula_simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
+use mobula_simd::{AnyToken, F32Lanes, I32Lanes, MaskLanes, Task, Token};
 
 /// Larger than two of the widest vectors and a tail.
 const MOST: usize = 37;
@@ -194,4 +194,37 @@ fn gather(token: AnyToken) {
     token.twin().run(Gathers);
 }
 
-at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather);
+struct Rows;
+
+impl Task for Rows {
+    type Output = ();
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let table: [[f32; 8]; 64] = std::array::from_fn(|row| std::array::from_fn(|i| (8 * row + i) as f32));
+        let set = [0x8000_0001, 0x1234_5678, 0, 0xfedc_ba98_u32];
+        for turn in 0..500_u32 {
+            let index: [u32; 16] =
+                std::array::from_fn(|lane| (turn + 37 * lane as u32).wrapping_mul(0x9e37_79b1) >> (turn % 27));
+            let lanes = token.load_u32(&index, 0);
+            for (i, column) in token.rows(&table, lanes).into_iter().enumerate() {
+                let mut out = [0.0; 16];
+                column.store(&mut out, 0);
+                for lane in 0..T::LANES {
+                    assert_eq!(out[lane], table[index[lane] as usize % 64][i], "lane {lane}, element {i}");
+                }
+            }
+            let bits = token.is_member(&set, lanes).bits();
+            for lane in 0..T::LANES {
+                let at = index[lane] % 128;
+                assert_eq!(bits >> lane & 1, set[at as usize / 32] >> (at % 32) & 1, "lane {lane}, member {at}");
+            }
+        }
+    }
+}
+
+fn rows_and_sets(token: AnyToken) {
+    token.run(Rows);
+    token.twin().run(Rows);
+}
+
+at_every_level!(rows_and_sets, load, load_masked, store, store_masked, i32_store, i32_store_masked, gather);
