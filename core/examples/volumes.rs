@@ -38,7 +38,8 @@ fn scene_of<V: Voxel>(name: &str, token: AnyToken, pixels: usize, value: f32, vo
     let primary = camera(pixels);
     let hits = (0..PASSES).map(|_| closest(&field, token, value, &primary)).min_by_key(|pass| pass.0).expect("a pass");
     // From just before the surfaces.
-    let points = primary.iter().zip(&hits.1).filter(|(_, t)| t.is_finite()).map(|(ray, t)| ray.0 + ray.1 * (t * 0.9999));
+    let points =
+        primary.iter().zip(&hits.1).filter(|(_, t)| t.is_finite()).map(|(ray, t)| ray.0 + ray.1 * (t * 0.9999));
     let light = Vec3::new(0.5, 3.0, 2.5) * (SIDE - 1) as f32;
     let shadow: Vec<_> = points.clone().map(|point| (point, light - point)).collect();
     let mut seed = 0;
@@ -49,7 +50,8 @@ fn scene_of<V: Voxel>(name: &str, token: AnyToken, pixels: usize, value: f32, vo
         cycles.push(pass.0 as f64 / rays.len() as f64);
         sum ^= checksum(&pass.1).rotate_left(7);
     }
-    let pass = (0..PASSES).map(|_| closest(&field, token, value, &scattered)).min_by_key(|pass| pass.0).expect("a pass");
+    let pass =
+        (0..PASSES).map(|_| closest(&field, token, value, &scattered)).min_by_key(|pass| pass.0).expect("a pass");
     cycles.push(pass.0 as f64 / scattered.len() as f64);
     sum ^= checksum(&pass.1).rotate_left(14);
     print!("{name:<10}{:>8}", token.level().to_string());

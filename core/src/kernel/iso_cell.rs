@@ -29,28 +29,29 @@
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
+use super::cell_walk::RayLanes;
+
 /// Halvings before Newton's steps.
 const HALVINGS: usize = 12;
+/// How near.
+const NEAR: f32 = 1.0 / (1 << 20) as f32;
 /// Newton's steps.
 const STEPS: usize = 2;
 
 /// Tests a cell a lane in the lanes `active`: the unit cell with the low corner `low`, in units of which the ray is. `corners[i]`
 /// is the value, less the iso value, at the corner whose x, y, z are bits 0, 1, 2 of `i`; none is minus zero. Returns which lanes
 /// hit within `(t_min, t_max]`, and where first.
-#[expect(clippy::too_many_arguments, reason = "a ray and a cell")]
 #[inline(always)]
-pub fn iso_cell<T: Token>(
+pub fn iso_cell<T: Token, const ANY: bool>(
     token: T,
     active: T::Mask,
     corners: &[T::F32; 8],
     low: [T::F32; 3],
-    origin: [T::F32; 3],
-    direction: [T::F32; 3],
-    inverse: [T::F32; 3],
-    t_min: T::F32,
+    rays: &RayLanes<T>,
     t_max: T::F32,
 ) -> (T::Mask, T::F32) {
-    let (zero, one, half) = (token.splat(0.0), token.splat(1.0), token.splat(0.5));
+    let RayLanes { origin, direction, inverse, t_min } = *rays;
+    let (zero, one) = (token.splat(0.0), token.splat(1.0));
     let mut planes = [[zero; 2]; 3];
     let (mut near, mut far) = (t_min, token.splat(f32::INFINITY));
     for axis in 0..3 {
@@ -60,13 +61,16 @@ pub fn iso_cell<T: Token>(
         near = a.min(b).max(near);
         far = a.max(b).min(far);
     }
-    let inside = active & near.le(far) & near.le(t_max);
+    let inside = active & near.lt(far) & near.le(t_max);
     if !inside.any() {
         return (inside, zero);
     }
     let entry = fractions(token, &planes, low, origin, direction, near);
     let exit = fractions(token, &planes, low, origin, direction, far);
     let ends = [is_negative(token, weighed(one, corners, entry)), is_negative(token, weighed(one, corners, exit))];
+    // Any crossing of these is within the ray's interval, wherever it is.
+    let sure = if ANY { inside & near.gt(t_min) & far.le(t_max) } else { token.mask(0) };
+    let mut hit = sure & (ends[0] ^ ends[1]);
     let length = far - near;
     let cubic = along(&coefficients(corners), entry, direction, length);
     // Between the ends the cubic is within the hull of its Bernstein coefficients.
@@ -76,9 +80,9 @@ pub fn iso_cell<T: Token>(
     for value in hull {
         undecided = undecided | (value.lt(zero) ^ ends[0]);
     }
-    let inside = inside & undecided;
+    let inside = (inside & undecided).and_not(hit);
     if !inside.any() {
-        return (inside, zero);
+        return (hit, zero);
     }
     // The monotone pieces: 0, low, high, 1. What is not a root, or not between, becomes an end.
     let [_, c, b, a] = cubic;
@@ -95,7 +99,12 @@ pub fn iso_cell<T: Token>(
         inside & (negative[1] ^ negative[2]),
         inside & (negative[2] ^ negative[3]),
     ];
-    let mut hit = token.mask(0);
+    if ANY {
+        hit = hit | (sure & (crossed[0] | crossed[1] | crossed[2]));
+        for piece in &mut crossed {
+            *piece = piece.and_not(sure);
+        }
+    }
     let mut t = zero;
     // Once, except where a first root is not within the interval: it starts on the surface.
     while (crossed[0] | crossed[1] | crossed[2]).any() {
@@ -105,7 +114,7 @@ pub fn iso_cell<T: Token>(
         let from = zero.select(zeroth, low.select(middle, high));
         let to = low.select(zeroth, high.select(middle, one));
         let sign = (negative[0] & zeroth) | (negative[1] & middle) | (negative[2] & last);
-        let u = close_in(cubic, from, to, sign, [zero, half]);
+        let u = close_in(token, cubic, from, to, sign, zeroth | middle | last);
         let here = u.mul_add(length, near).min(far);
         let found = (zeroth | middle | last) & here.gt(t_min) & here.le(t_max);
         t = here.select(found, t);
@@ -184,22 +193,47 @@ fn at<F: F32Lanes>([d, c, b, a]: [F; 4], u: F) -> F {
     a.mul_add(u, b).mul_add(u, c).mul_add(u, d)
 }
 
-/// The root of the cubic in a piece where it changes sign; `negative` at its start.
+/// The root of the cubic in a piece where it changes sign; `negative` at its start. `known` are the lanes that ask for it.
 #[inline(always)]
-fn close_in<F: F32Lanes>(cubic: [F; 4], from: F, to: F, negative: F::Mask, [zero, half]: [F; 2]) -> F {
-    let (mut low, mut high) = (from, to);
-    for _ in 0..HALVINGS {
-        let middle = (low + high) * half;
-        let other = at(cubic, middle).lt(zero) ^ negative;
-        high = middle.select(other, high);
-        low = low.select(other, middle);
-    }
-    let [_, c, b, a] = cubic;
-    let (two_b, three_a) = (b + b, a + a + a);
-    let mut u = (low + high) * half;
-    for _ in 0..STEPS {
-        let slope = three_a.mul_add(u, two_b).mul_add(u, c);
-        u = (u - at(cubic, u) / slope).max(low).min(high);
+fn close_in<T: Token>(
+    token: T,
+    cubic: [T::F32; 4],
+    from: T::F32,
+    to: T::F32,
+    negative: T::Mask,
+    asked: T::Mask,
+) -> T::F32 {
+    let half = token.splat(0.5);
+    // The chord's root, then Newton's steps.
+    let (start, end) = (at(cubic, from), at(cubic, to));
+    let mut u = ((to - from) * (start / (start - end)) + from).max(from).min(to);
+    u = newton(cubic, u, from, to);
+    u = newton(cubic, u, from, to);
+    // Is it there? It is if the sign changes nearby.
+    let near = token.splat(NEAR);
+    let (before, after) = (at(cubic, (u - near).max(from)), at(cubic, (u + near).min(to)));
+    let unsure = asked.and_not((before.lt(token.splat(0.0)) ^ after.lt(token.splat(0.0))));
+    if unsure.any() {
+        let (mut low, mut high) = (from, to);
+        for _ in 0..HALVINGS {
+            let middle = (low + high) * half;
+            let other = at(cubic, middle).lt(token.splat(0.0)) ^ negative;
+            high = middle.select(other, high);
+            low = low.select(other, middle);
+        }
+        let mut v = (low + high) * half;
+        for _ in 0..STEPS {
+            v = newton(cubic, v, low, high);
+        }
+        u = v.select(unsure, u);
     }
     u
+}
+
+/// A step of Newton's that stays in a piece.
+#[inline(always)]
+fn newton<F: F32Lanes>(cubic: [F; 4], u: F, low: F, high: F) -> F {
+    let [_, c, b, a] = cubic;
+    let slope = (a + a + a).mul_add(u, b + b).mul_add(u, c);
+    (u - at(cubic, u) / slope).max(low).min(high)
 }

@@ -7,6 +7,7 @@
 
 pub mod aabb;
 pub mod boxes;
+pub mod cell_walk;
 pub mod diverged;
 pub mod edges;
 pub mod frusta;

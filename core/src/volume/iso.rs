@@ -4,20 +4,21 @@ use core::ops::Range;
 
 use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Task, Token};
 
-use super::brick::{Brick, CELLS};
+use super::brick::{ALL_ROWS, Brick, CELLS};
+use super::cells::Cells;
 use super::field::Field;
 use super::layout::Layout;
 use crate::Rays;
 use crate::bvh::{Child, Node, Tree};
-use crate::kernel::boxes::Planes;
-use crate::kernel::frusta::{Frusta, NodeDistances};
+use crate::kernel::cell_walk::{CellWalk, RayLanes};
+use crate::kernel::frusta::Frusta;
 use crate::kernel::groups::{GROUPS, group_size};
 use crate::kernel::iso_cell::iso_cell;
 use crate::kernel::margin::{Frame, PAD};
 use crate::kernel::single::SingleRay;
 use crate::leaf::Leaf;
 use crate::sink::{SingleHit, Sink};
-use crate::vector::{load3, splat3};
+use crate::vector::load3;
 
 /// The surfaces of some iso values in a field: the id of what is hit is the number of the iso value. Rays are in units of cells:
 /// sample (i, j, k) is at (i, j, k).
@@ -90,16 +91,23 @@ impl Tree for IsoTree<'_> {
         Some(room)
     }
 
-    fn prefetch(&self, _child: Child) {}
+    #[inline(always)]
+    fn prefetch(&self, child: Child) {
+        if child.is_leaf() {
+            let _ = child;
+        }
+    }
 
     fn leaf(&self, i: usize) -> Option<Child> {
         self.layout().nth_brick(i)
     }
 }
 
-/// A brick with the samples that rays are tested against.
-struct Loaded {
-    brick: Brick,
+/// The cells of a brick.
+#[derive(Clone, Copy)]
+struct Place {
+    /// Its place among bricks.
+    at: [usize; 3],
     /// Its first cell along each axis, and how many there are.
     first: [usize; 3],
     cells: [usize; 3],
@@ -107,137 +115,111 @@ struct Loaded {
 
 impl IsoTree<'_> {
     #[inline(always)]
-    fn load(&self, leaf: Range<usize>) -> Option<Loaded> {
+    fn place(&self, leaf: Range<usize>) -> Option<Place> {
         let layout = self.layout();
         let at = layout.brick(leaf.start)?;
-        let first = [0, 1, 2].map(|axis| at[axis] * CELLS[axis]);
-        let cells = [0, 1, 2].map(|axis| CELLS[axis].min(layout.cells(axis) - first[axis]));
-        let mut loaded = Loaded { brick: Brick::EMPTY, first, cells };
-        self.field.load(at, &mut loaded.brick);
-        Some(loaded)
-    }
-}
-
-impl Loaded {
-    /// The rows of cells that rays in a direction meet first come first.
-    #[inline(always)]
-    fn rows(&self, [_, y, z]: [f32; 3]) -> impl Iterator<Item = [usize; 2]> {
-        let [_, height, depth] = self.cells;
-        let order = |i: usize, count: usize, backward: bool| if backward { count - 1 - i } else { i };
-        (0..height * depth).map(move |i| [order(i % height, height, y < 0.0), order(i / height, depth, z < 0.0)])
-    }
-
-    /// Which cells of a row the surface passes through, a bit each.
-    #[inline(always)]
-    fn passed<T: Token>(&self, token: T, [j, k]: [usize; 2], value: f32) -> u32 {
-        let token = token.narrow();
-        let value = token.splat(value);
-        let mut passed = 0;
-        let mut at = 0;
-        while at < CELLS[0] {
-            let (mut low, mut high) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY));
-            let mut sound = token.mask(u32::MAX);
-            for corner in 0..8 {
-                let (values, start) = self.brick.corners(j, k, corner);
-                let here = token.load(values, start + at);
-                (low, high) = (here.min(low), here.max(high));
-                if !self.brick.finite {
-                    sound = sound & here.eq(here);
-                }
-            }
-            passed |= (sound & low.lt(value) & value.le(high)).bits() << at;
-            at += <T::Narrow as Token>::LANES;
-        }
-        passed & ((1 << self.cells[0]) - 1)
-    }
-
-    /// The corners of a cell, less the iso value.
-    #[inline(always)]
-    fn cell<T: Token>(&self, token: T, [j, k]: [usize; 2], i: usize, value: f32) -> [T::F32; 8] {
-        let mut corners = [token.splat(0.0); 8];
-        for (corner, out) in corners.iter_mut().enumerate() {
-            let (values, start) = self.brick.corners(j, k, corner);
-            *out = token.splat(values[start + i] - value);
-        }
-        corners
-    }
-
-    /// The low corner of a cell.
-    #[inline(always)]
-    fn low(&self, [j, k]: [usize; 2], i: usize) -> [f32; 3] {
-        [(self.first[0] + i) as f32, (self.first[1] + j) as f32, (self.first[2] + k) as f32]
-    }
-
-    /// Boxes around the cells of a row, in the frame, widened.
-    #[inline(always)]
-    fn boxes(&self, [j, k]: [usize; 2], frame: &Frame, planes: &mut Planes) {
-        let rows = [None, Some(j), Some(k)];
+        let (mut first, mut cells) = ([0; 3], [0; 3]);
         for axis in 0..3 {
-            for i in 0..8 {
-                let a = (self.first[axis] + rows[axis].unwrap_or(i)) as f32 - frame.center[axis];
-                let margin = (a.abs() + 1.0) * PAD;
-                (planes[axis][i], planes[axis + 3][i]) = (a - margin, a + 1.0 + margin);
-            }
+            first[axis] = at[axis] * CELLS[axis];
+            cells[axis] = CELLS[axis].min(layout.cells(axis) - first[axis]);
         }
+        Some(Place { at, first, cells })
     }
 }
 
 /// The rays from `at`, in lanes.
-struct Lanes<T: Token> {
-    origin: [T::F32; 3],
-    direction: [T::F32; 3],
-    inverse: [T::F32; 3],
-    t_min: T::F32,
+#[inline(always)]
+fn lanes<T: Token, const N: usize>(token: T, rays: &Rays<N>, at: usize) -> RayLanes<T> {
+    RayLanes {
+        origin: load3(token, rays.origins(), at),
+        direction: load3(token, rays.directions(), at),
+        inverse: load3(token, rays.inverse_columns(), at),
+        t_min: token.load(&rays.t_min()[..], at),
+    }
 }
 
-impl<T: Token> Lanes<T> {
-    #[inline(always)]
-    fn new<const N: usize>(token: T, rays: &Rays<N>, at: usize) -> Self {
-        Self {
-            origin: load3(token, rays.origins(), at),
-            direction: load3(token, rays.directions(), at),
-            inverse: load3(token, rays.inverse_columns(), at),
-            t_min: token.load(&rays.t_min()[..], at),
+/// Takes the rays `among` from `at` through the cells of a brick that the surface passes through, until they have found enough. Says
+/// whether the interval of any changed.
+#[expect(clippy::too_many_arguments, reason = "a brick, rays, and what becomes of hits")]
+#[inline(always)]
+fn through<T: Token, const N: usize, S: Sink<N>>(
+    token: T,
+    place: &Place,
+    cells: &Cells,
+    rays: &mut Rays<N>,
+    at: usize,
+    among: T::Mask,
+    sink: &mut S,
+    (id, value): (usize, f32),
+) -> bool {
+    let id = id as u32;
+    let ray = lanes(token, rays, at);
+    let mut walk = CellWalk::new(token, &ray, among, token.load(&rays.t_max[..], at), place.first, place.cells);
+    let mut changed = false;
+    while walk.inside.any() {
+        // Each on to a cell to test: then all at once.
+        let mut searching = walk.inside.and_not(token.is_member(&cells.passed, walk.cell));
+        while searching.any() {
+            walk.advance(&ray, searching);
+            searching = (searching & walk.inside).and_not(token.is_member(&cells.passed, walk.cell));
         }
+        if !walk.inside.any() {
+            break;
+        }
+        let corners = cells.corners(token, walk.cell, token.splat(value));
+        let t_max = token.load(&rays.t_max[..], at);
+        if S::ANY && !sink.wants_all() {
+            let (hit, t) = iso_cell::<T, true>(token, walk.inside, &corners, walk.low(), &ray, t_max);
+            if hit.any() {
+                changed |= sink.record(token, rays, at, hit, t, id);
+                walk.inside = walk.inside.and_not(hit);
+            }
+        } else {
+            let (hit, t) = iso_cell::<T, false>(token, walk.inside, &corners, walk.low(), &ray, t_max);
+            if hit.any() {
+                changed |= sink.record(token, rays, at, hit, t, id);
+                if S::ANY {
+                    changed |= again(token, &corners, walk.low(), ray, t, rays, at, hit, sink, id);
+                } else {
+                    walk.inside = walk.inside.and_not(hit);
+                }
+            }
+        }
+        let t_max = token.load(&rays.t_max[..], at);
+        walk.inside = walk.inside & walk.out().le(t_max);
+        walk.advance(&ray, walk.inside);
     }
+    changed
+}
 
-    /// Tests the rays `among` of a packet against a cell, and records what they hit. Says whether the interval of any changed.
-    #[expect(clippy::too_many_arguments, reason = "a cell, rays, and what becomes of hits")]
-    #[inline(always)]
-    fn meet<const N: usize, S: Sink<N>>(
-        &self,
-        token: T,
-        corners: &[T::F32; 8],
-        low: [T::F32; 3],
-        rays: &mut Rays<N>,
-        at: usize,
-        among: T::Mask,
-        sink: &mut S,
-        id: u32,
-    ) -> bool {
-        let Self { origin, direction, inverse, mut t_min } = *self;
-        let (mut among, mut changed) = (among, false);
-        loop {
-            let t_max = token.load(&rays.t_max[..], at);
-            let (hit, t) = iso_cell(token, among, corners, low, origin, direction, inverse, t_min, t_max);
-            if !hit.any() {
-                return changed;
-            }
-            changed |= sink.record(token, rays, at, hit, t, id);
-            if !S::ANY {
-                return changed;
-            }
-            // A ray that goes on through the surface may meet it again in this cell.
-            (among, t_min) = (hit, t.select(hit, t_min));
-        }
+/// Rays that go on through the surface, which they have hit at `t`, may meet it again in a cell.
+#[expect(clippy::too_many_arguments, reason = "a cell, rays, and what becomes of hits")]
+#[inline(always)]
+fn again<T: Token, const N: usize, S: Sink<N>>(
+    token: T,
+    corners: &[T::F32; 8],
+    low: [T::F32; 3],
+    mut ray: RayLanes<T>,
+    mut t: T::F32,
+    rays: &mut Rays<N>,
+    at: usize,
+    mut hit: T::Mask,
+    sink: &mut S,
+    id: u32,
+) -> bool {
+    let mut changed = false;
+    while hit.any() {
+        ray.t_min = t.select(hit, ray.t_min);
+        (hit, t) = iso_cell::<T, false>(token, hit, corners, low, &ray, token.load(&rays.t_max[..], at));
+        changed |= sink.record(token, rays, at, hit, t, id);
     }
+    changed
 }
 
 /// A packet in a brick. A task, so that it is compiled once for all that walks do.
 struct PacketInBrick<'a, 'b, const N: usize, S> {
     tree: &'a IsoTree<'b>,
     leaf: Range<usize>,
-    frusta: &'a Frusta,
     rays: &'a mut Rays<N>,
     sink: &'a mut S,
     groups: u32,
@@ -248,44 +230,28 @@ impl<const N: usize, S: Sink<N>> Task for PacketInBrick<'_, '_, N, S> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> u32 {
-        let Self { tree, leaf, frusta, rays, sink, groups } = self;
-        let Some(loaded) = tree.load(leaf) else { return 0 };
+        let Self { tree, leaf, rays, sink, groups } = self;
+        let Some(place) = tree.place(leaf) else { return 0 };
         rays.inverse_directions(token);
+        let mut brick = Brick::EMPTY;
+        tree.field.load(place.at, ALL_ROWS, &mut brick);
         let size = group_size(N);
-        let (_, heading) = rays.ray(groups.trailing_zeros() as usize % GROUPS * size);
-        let mut planes: Planes = [[0.0; 8]; 6];
         let mut changed = 0;
+        let mut cells = Cells::NONE;
         for (id, &value) in tree.values.iter().enumerate() {
-            for row in loaded.rows(heading.to_array()) {
-                let mut cells = loaded.passed(token, row, value);
-                if cells == 0 {
-                    continue;
-                }
-                loaded.boxes(row, tree.frame(), &mut planes);
-                let mut distances = NodeDistances::NONE;
-                cells &= frusta.boxes(token, &planes, &mut distances);
-                while cells != 0 {
-                    // The cells of a row that rays meet first, too.
-                    let i =
-                        if heading.x < 0.0 { 31 - cells.leading_zeros() } else { cells.trailing_zeros() } as usize % 8;
-                    cells &= !(1 << i);
-                    let mut groups = groups & frusta.groups::<T, N, false>(token, &planes, i, &distances);
-                    if groups == 0 {
-                        continue;
-                    }
-                    let corners = loaded.cell(token, row, i, value);
-                    let low = splat3(token, loaded.low(row, i));
-                    while groups != 0 {
-                        let group = groups.trailing_zeros() as usize % GROUPS;
-                        groups &= groups - 1;
-                        let mut at = group * size;
-                        while at < (group + 1) * size {
-                            let (lanes, active) = (Lanes::new(token, rays, at), rays.active(token, at));
-                            let met = lanes.meet(token, &corners, low, rays, at, active, sink, id as u32);
-                            changed |= u32::from(met) << group;
-                            at += T::LANES;
-                        }
-                    }
+            if !cells.fill(token, &brick, place.cells, value) {
+                continue;
+            }
+            let mut left = groups;
+            while left != 0 {
+                let group = left.trailing_zeros() as usize % GROUPS;
+                left &= left - 1;
+                let mut at = group * size;
+                while at < (group + 1) * size {
+                    let active = rays.active(token, at);
+                    let met = through(token, &place, &cells, rays, at, active, sink, (id, value));
+                    changed |= u32::from(met) << group;
+                    at += T::LANES;
                 }
             }
         }
@@ -308,28 +274,60 @@ impl<const W: usize, S: Sink<W>> Task for StreamInBrick<'_, '_, W, S> {
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
         let Self { tree, leaf, rays, sink, active } = self;
-        let Some(loaded) = tree.load(leaf) else { return };
+        let Some(place) = tree.place(leaf) else { return };
+        let mut brick = Brick::EMPTY;
+        tree.field.load(place.at, ALL_ROWS, &mut brick);
+        let mut cells = Cells::NONE;
         for (id, &value) in tree.values.iter().enumerate() {
-            for row in loaded.rows([1.0; 3]) {
-                let mut cells = loaded.passed(token, row, value);
-                while cells != 0 {
-                    let i = cells.trailing_zeros() as usize % 8;
-                    cells &= cells - 1;
-                    let corners = loaded.cell(token, row, i, value);
-                    let low = splat3(token, loaded.low(row, i));
-                    let mut at = 0;
-                    while at < W {
-                        let among = (active >> at) as u32 & (u32::MAX >> (32 - T::LANES));
-                        if among != 0 {
-                            let lanes = Lanes::new(token, rays, at);
-                            lanes.meet(token, &corners, low, rays, at, token.mask(among), sink, id as u32);
-                        }
-                        at += T::LANES;
-                    }
+            if !cells.fill(token, &brick, place.cells, value) {
+                continue;
+            }
+            let mut at = 0;
+            while at < W {
+                let among = (active >> at) as u32 & (u32::MAX >> (32 - T::LANES));
+                if among != 0 {
+                    through(token, &place, &cells, rays, at, token.mask(among), sink, (id, value));
                 }
+                at += T::LANES;
             }
         }
     }
+}
+
+/// Which cells of a brick one ray meets, by rows, and the rows of samples around these.
+#[inline(always)]
+fn met<T: Token>(token: T, place: &Place, ray: &RayLanes<T>, t_max: T::F32) -> ([u32; 4], u32) {
+    let (mut met, mut samples) = ([0; 4], 0);
+    let one = token.splat(1.0);
+    let mut at = 0;
+    while at < place.cells[0] {
+        let low = token.iota().to_f32() + token.splat((place.first[0] + at) as f32);
+        let a = (low - ray.origin[0]) * ray.inverse[0];
+        let b = ((low + one) - ray.origin[0]) * ray.inverse[0];
+        let ends = [a.min(b).max(ray.t_min), a.max(b).min(token.splat(f32::INFINITY))];
+        let sound = ray.sound() & ends[0].le(t_max) & token.first(place.cells[0] - at);
+        for k in 0..place.cells[2] {
+            let ends = slab(token, ray, 2, place.first[2] + k, ends);
+            for j in 0..place.cells[1] {
+                let [near, far] = slab(token, ray, 1, place.first[1] + j, ends);
+                let row = (sound & near.lt(far) & near.le(t_max)).bits();
+                if row != 0 {
+                    met[k % 4] |= row << (8 * (j % 4) + at);
+                    samples |= 0b110_0011 << (j + 5 * k);
+                }
+            }
+        }
+        at += T::LANES;
+    }
+    (met, samples)
+}
+
+/// What is left of an interval in the slab from `k` to `k + 1`.
+#[inline(always)]
+fn slab<T: Token>(token: T, ray: &RayLanes<T>, axis: usize, k: usize, [near, far]: [T::F32; 2]) -> [T::F32; 2] {
+    let a = (token.splat(k as f32) - ray.origin[axis]) * ray.inverse[axis];
+    let b = (token.splat((k + 1) as f32) - ray.origin[axis]) * ray.inverse[axis];
+    [a.min(b).max(near), a.max(b).min(far)]
 }
 
 impl Leaf for IsoTree<'_> {
@@ -338,12 +336,12 @@ impl Leaf for IsoTree<'_> {
         &self,
         token: T,
         leaf: Range<usize>,
-        frusta: &Frusta,
+        _frusta: &Frusta,
         rays: &mut Rays<N>,
         sink: &mut S,
         groups: u32,
     ) -> u32 {
-        token.run(PacketInBrick { tree: self, leaf, frusta, rays, sink, groups })
+        token.run(PacketInBrick { tree: self, leaf, rays, sink, groups })
     }
 
     #[inline(always)]
@@ -366,25 +364,43 @@ impl Leaf for IsoTree<'_> {
         ray: &mut SingleRay<T>,
         hit: &mut SingleHit<'_>,
     ) {
-        let Some(loaded) = self.load(leaf) else { return };
+        let Some(place) = self.place(leaf) else { return };
+        let SingleRay { origin, direction, inverse, t_min, .. } = *ray;
+        let lanes = RayLanes { origin, direction, inverse, t_min };
+        let (met, samples) = met(token, &place, &lanes, ray.t_max);
+        if samples == 0 {
+            return;
+        }
+        let mut brick = Brick::EMPTY;
+        self.field.load(place.at, samples, &mut brick);
         for (id, &value) in self.values.iter().enumerate() {
-            for row in loaded.rows([1.0; 3]) {
-                let passed = loaded.passed(token, row, value);
+            for row in 0..16 {
+                let (j, k) = (row % 4, row / 4);
+                let met = met[k] >> (8 * j) & 0xff;
                 let mut at = 0;
                 while at < CELLS[0] {
-                    let mut among = token.mask(passed >> at);
+                    if met >> at & ((1 << T::LANES) - 1) == 0 {
+                        at += T::LANES;
+                        continue;
+                    }
                     // Lane i is cell `at + i`.
                     let mut corners = [token.splat(0.0); 8];
+                    let mut sound = token.mask(met >> at);
+                    let (mut least, mut greatest) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY));
                     for (corner, out) in corners.iter_mut().enumerate() {
-                        let (values, start) = loaded.brick.corners(row[0], row[1], corner);
-                        *out = token.load(values, start + at) - token.splat(value);
+                        let (values, start) = brick.corners(j, k, corner);
+                        let here = token.load(values, start + at);
+                        (least, greatest) = (here.min(least), here.max(greatest));
+                        sound = sound & here.eq(here);
+                        *out = here - token.splat(value);
                     }
-                    let [x, y, z] = loaded.low(row, at);
-                    let low = [token.iota().to_f32() + token.splat(x), token.splat(y), token.splat(z)];
-                    let mut t_min = ray.t_min;
+                    let mut among = sound & least.lt(token.splat(value)) & token.splat(value).le(greatest);
+                    let [x, y, z] = [place.first[0] + at, place.first[1] + j, place.first[2] + k];
+                    let low =
+                        [token.iota().to_f32() + token.splat(x as f32), token.splat(y as f32), token.splat(z as f32)];
+                    let mut lanes = lanes;
                     while among.any() {
-                        let SingleRay { origin, direction, inverse, t_max, .. } = *ray;
-                        let (hits, t) = iso_cell(token, among, &corners, low, origin, direction, inverse, t_min, t_max);
+                        let (hits, t) = iso_cell::<T, false>(token, among, &corners, low, &lanes, ray.t_max);
                         let mut distances = [0.0; 16];
                         t.store(&mut distances, 0);
                         let mut left = hits.bits();
@@ -399,7 +415,7 @@ impl Leaf for IsoTree<'_> {
                                 ray.t_max = token.splat(distances[lane]);
                             }
                         }
-                        (among, t_min) = (if ANY { hits } else { token.mask(0) }, t.select(hits, t_min));
+                        (among, lanes.t_min) = (if ANY { hits } else { token.mask(0) }, t.select(hits, lanes.t_min));
                     }
                     at += T::LANES;
                 }
@@ -407,5 +423,10 @@ impl Leaf for IsoTree<'_> {
         }
     }
 
-    fn prefetch(&self, _leaf: Range<usize>) {}
+    #[inline(always)]
+    fn prefetch(&self, leaf: Range<usize>) {
+        if let Some(at) = self.layout().brick(leaf.start) {
+            self.field.prefetch(at);
+        }
+    }
 }

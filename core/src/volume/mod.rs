@@ -12,9 +12,11 @@
 //! | `ranges` | least and greatest values, built from the bricks up |
 //! | `layout` | which bricks there are, and which node is made of which |
 //! | `brick` | the samples of a brick as floats |
+//! | `cells` | which cells of a brick a surface passes through, and their corners |
 //! | `voxel` | types of samples |
 
 mod brick;
+mod cells;
 mod field;
 mod iso;
 mod layout;
