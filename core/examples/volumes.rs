@@ -1,5 +1,5 @@
 //! Iso-surfaces of volumes, without the engine: cycles of the time stamp counter a ray, and a sum over what is found, which is the same
-//! whatever is only made faster. `cargo run --release -p mobula-core --example volumes -- [SCENE] [LEVEL]`
+//! whatever is only made faster. `cargo run --release -p mobula-core --example volumes -- [SCENE] [LEVEL] [KIND]`
 
 use glam::Vec3;
 use mobula_core::bvh::Serial;
@@ -11,6 +11,10 @@ use mobula_core::{AnyHitPacket, RayPacket, glam, traverse};
 const SIDE: usize = 256;
 /// Rays of a packet.
 const WIDTH: usize = 256;
+/// What is traced.
+const SCENES: [&str; 2] = ["clouds", "gyroid"];
+/// Rays of a camera, rays from what these hit to a light, and rays from there anywhere: any hit, and the closest.
+const KINDS: [&str; 4] = ["primary", "shadow", "sky", "bounce"];
 /// Passes, of which the fastest counts.
 const PASSES: usize = 5;
 
@@ -18,17 +22,29 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let level = words.iter().find_map(|word| word.parse().ok());
     let token = level.map_or(Ok(AnyToken::detect()), AnyToken::for_level).expect("a level of this machine");
-    let scene = words.iter().find(|word| word.parse::<mobula_core::simd::Level>().is_err()).map_or("", String::as_str);
-    println!("{:<10}{:>8}{:>10}{:>10}{:>10}{:>10}", "scene", "level", "primary", "shadow", "sky", "bounce");
-    if "clouds".contains(scene) {
-        scene_of("clouds", token, 1024, 0.5, noise);
+    let wanted = |names: &[&str], name: &str| {
+        words.iter().any(|word| word == name) || !words.iter().any(|word| names.contains(&word.as_str()))
+    };
+    let kinds = KINDS.map(|kind| wanted(&KINDS, kind));
+    print!("{:<10}{:>8}", "scene", "level");
+    KINDS.iter().for_each(|kind| print!("{kind:>10}"));
+    println!();
+    if wanted(&SCENES, SCENES[0]) {
+        scene_of(SCENES[0], token, 1024, 0.5, noise, kinds);
     }
-    if "gyroid".contains(scene) {
-        scene_of("gyroid", token, 512, 32700.0, |at| (gyroid(at) * 65535.0) as u16);
+    if wanted(&SCENES, SCENES[1]) {
+        scene_of(SCENES[1], token, 512, 32700.0, |at| (gyroid(at) * 65535.0) as u16, kinds);
     }
 }
 
-fn scene_of<V: Voxel>(name: &str, token: AnyToken, pixels: usize, value: f32, voxel: impl Fn([f32; 3]) -> V) {
+fn scene_of<V: Voxel>(
+    name: &str,
+    token: AnyToken,
+    pixels: usize,
+    value: f32,
+    voxel: impl Fn([f32; 3]) -> V,
+    kinds: [bool; 4],
+) {
     let at = |i: usize| i as f32 / (SIDE - 1) as f32;
     let voxels: Vec<V> =
         (0..SIDE.pow(3)).map(|i| voxel([at(i % SIDE), at(i / SIDE % SIDE), at(i / SIDE.pow(2))])).collect();
@@ -36,26 +52,26 @@ fn scene_of<V: Voxel>(name: &str, token: AnyToken, pixels: usize, value: f32, vo
     let ranges = Ranges::new(&layout, &voxels, &Serial);
     let field = GridField { voxels: &voxels, layout: &layout, ranges: &ranges };
     let primary = camera(pixels);
-    let hits = (0..PASSES).map(|_| closest(&field, token, value, &primary)).min_by_key(|pass| pass.0).expect("a pass");
+    let (_, distances) = closest(&field, token, value, &primary);
     // From just before the surfaces.
-    let points =
-        primary.iter().zip(&hits.1).filter(|(_, t)| t.is_finite()).map(|(ray, t)| ray.0 + ray.1 * (t * 0.9999));
+    let hits = primary.iter().zip(&distances).filter(|(_, t)| t.is_finite());
+    let points: Vec<Vec3> = hits.map(|(ray, t)| ray.0 + ray.1 * (t * 0.9999)).collect();
     let light = Vec3::new(0.5, 3.0, 2.5) * (SIDE - 1) as f32;
-    let shadow: Vec<_> = points.clone().map(|point| (point, light - point)).collect();
+    let shadow: Rays = points.iter().map(|&point| (point, light - point)).collect();
     let mut seed = 0;
-    let scattered: Vec<_> = points.map(|point| (point, direction(&mut seed))).collect();
-    let (mut cycles, mut sum) = (vec![hits.0 as f64 / primary.len() as f64], checksum(&hits.1));
-    for rays in [&shadow, &scattered] {
-        let pass = (0..PASSES).map(|_| any(&field, token, value, rays)).min_by_key(|pass| pass.0).expect("a pass");
-        cycles.push(pass.0 as f64 / rays.len() as f64);
-        sum ^= checksum(&pass.1).rotate_left(7);
-    }
-    let pass =
-        (0..PASSES).map(|_| closest(&field, token, value, &scattered)).min_by_key(|pass| pass.0).expect("a pass");
-    cycles.push(pass.0 as f64 / scattered.len() as f64);
-    sum ^= checksum(&pass.1).rotate_left(14);
+    let scattered: Rays = points.iter().map(|&point| (point, direction(&mut seed))).collect();
     print!("{name:<10}{:>8}", token.level().to_string());
-    cycles.iter().for_each(|cycles| print!("{cycles:>10.1}"));
+    let mut sum = 0;
+    for (kind, rays) in [&primary, &shadow, &scattered, &scattered].into_iter().enumerate() {
+        let pass = |_| match kind {
+            0 | 3 => closest(&field, token, value, rays),
+            _ => any(&field, token, value, rays),
+        };
+        let passes = if kinds[kind] { PASSES } else { 0 };
+        let (cycles, found) = (0..passes).map(pass).min_by_key(|pass| pass.0).unwrap_or_default();
+        print!("{:>10.1}", cycles as f64 / rays.len() as f64);
+        sum ^= checksum(&found).rotate_left(7 * kind as u32);
+    }
     println!("   {} hits, sum {sum:016x}", shadow.len());
 }
 
