@@ -36,7 +36,6 @@ impl Brick {
     pub fn load_rows<V: Voxel>(&mut self, voxels: &[V], samples: [usize; 3], first: [usize; 3], mut rows: u32) {
         let [nx, ny, nz] = samples;
         let count = SIDES[0].min(nx - first[0]);
-        let mut wild = 0;
         while rows != 0 {
             let at = rows.trailing_zeros() as usize % 32;
             rows &= rows - 1;
@@ -45,17 +44,22 @@ impl Brick {
             let start = (z * ny + y) * nx + first[0];
             let row = &voxels[start..start + count];
             let out = &mut self.values[Self::row(j, k)..][..SIDES[0]];
-            // Most rows are whole: their number of samples is known when this is compiled.
+            // Most rows are whole: their number of samples is known when this is compiled. Nothing else is done here, so that many
+            // rows are on their way from memory at once.
             if let Ok(whole) = <&[V; SIDES[0]]>::try_from(row) {
                 for i in 0..SIDES[0] {
                     out[i] = whole[i].to_f32() + 0.0;
-                    wild |= if V::FINITE { 0 } else { is_wild(out[i]) };
                 }
             } else {
                 for i in 0..SIDES[0] {
                     out[i] = row[i.min(count - 1)].to_f32() + 0.0;
-                    wild |= is_wild(out[i]);
                 }
+            }
+        }
+        let mut wild = 0;
+        if !V::FINITE {
+            for value in &self.values {
+                wild |= is_wild(*value);
             }
         }
         self.finite = wild == 0;

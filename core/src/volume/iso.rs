@@ -14,7 +14,7 @@ use crate::kernel::cell_walk::{CellWalk, RayLanes};
 use crate::kernel::frusta::Frusta;
 use crate::kernel::groups::{GROUPS, group_size};
 use crate::kernel::iso_cell::iso_cell;
-use crate::kernel::margin::{Frame, PAD};
+use crate::kernel::margin::{Frame, PAD, larger};
 use crate::kernel::single::SingleRay;
 use crate::leaf::Leaf;
 use crate::sink::{SingleHit, Sink};
@@ -70,20 +70,30 @@ impl Tree for IsoTree<'_> {
         let frame = layout.frame();
         for axis in 0..3 {
             let (size, cells) = (CELLS[axis] << below, layout.cells(axis));
-            for half in 0..2 {
+            let mut ends = [[0.0; 2]; 2];
+            for (half, ends) in ends.iter_mut().enumerate() {
                 let first = (2 * at[axis] + half) * size;
-                let [a, b] = [first.min(cells), (first + size).min(cells)].map(|x| x as f32 - frame.center[axis]);
-                let margin = a.abs().max(b.abs()) * PAD;
-                for slot in (0..8).filter(|slot| slot >> axis & 1 == half) {
-                    (room.planes[axis][slot], room.planes[axis + 3][slot]) = (a - margin, b + margin);
-                }
+                let a = first.min(cells) as f32 - frame.center[axis];
+                let b = (first + size).min(cells) as f32 - frame.center[axis];
+                let margin = larger(a.abs(), b.abs()) * PAD;
+                *ends = [a - margin, b + margin];
+            }
+            for slot in 0..8 {
+                let [low, high] = ends[slot >> axis & 1];
+                (room.planes[axis][slot], room.planes[axis + 3][slot]) = (low, high);
+            }
+        }
+        let mut passed = 0;
+        for &value in self.values {
+            for slot in 0..8 {
+                passed |= u32::from(low[slot] < value && value <= high[slot]) << slot;
             }
         }
         for slot in 0..8 {
-            let passes = self.values.iter().any(|&value| low[slot] < value && value <= high[slot]);
             room.child[slot] = Child::EMPTY;
-            if passes {
-                room.child[slot] = layout.child(below, [0, 1, 2].map(|axis| 2 * at[axis] + (slot >> axis & 1)));
+            if passed >> slot & 1 == 1 {
+                let (x, y, z) = (slot & 1, slot >> 1 & 1, slot >> 2);
+                room.child[slot] = layout.child(below, [2 * at[0] + x, 2 * at[1] + y, 2 * at[2] + z]);
             } else {
                 (room.planes[0][slot], room.planes[3][slot]) = (f32::INFINITY, f32::NEG_INFINITY);
             }
