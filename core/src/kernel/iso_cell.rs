@@ -3,10 +3,11 @@
 //! After Marmitt, Kleer, Wald, Friedrich and Slusallek, "Fast and Accurate Ray-Voxel Intersection Techniques for
 //! Iso-Surface Ray Tracing", VMV 2004: the field along the ray is a cubic; its derivative's roots part it into at most
 //! three monotone pieces; the first piece that changes sign holds the first root. So a ray that crosses the surface
-//! twice inside a cell is found to. We depart in one way: the root is closed in on by a fixed number of halvings and then
-//! of Newton steps that may not leave what the halvings left, so that every lane does the same, at every level. After 12
-//! halvings either Newton's steps square the error, or the field is so flat there that the root is not known to 2^-12 of
-//! the cell anyway.
+//! twice inside a cell is found to. We depart in one way: the root is where the chord, and then two of Newton's steps, lead to,
+//! if the cubic has changed sign within 2^-20 of the cell of there: the piece is monotone, so that the root is no farther away.
+//! In the others, one of five hundred, it is closed in on by a fixed number of halvings and then of Newton steps that may not
+//! leave what the halvings left. After 12 halvings either Newton's steps square the error, or the field is so flat there that the
+//! root is not known to 2^-12 of the cell anyway. What a lane finds does not depend on the others, so it is the same at every level.
 //!
 //! **Watertight.** Cells of a grid are units with whole numbers for corners, so that neighbours agree on the numbers of the face
 //! between them, bit for bit:
@@ -20,9 +21,9 @@
 //!   side, so is the value, by its sign bit, whatever is rounded. So cells all of whose corners are on one side need not be asked.
 //!
 //! A ray that is on one side where it enters a row of cells and on the other where it leaves thus changes sides in one of them, and
-//! is not lost.
+//! is not lost. Cells that it only touches, where it leaves as it enters, need not be asked: both sides of them have the same value.
 //!
-//! - NaN: a NaN in the ray is missed; a cell with a corner that is not finite too.
+//! - NaN: a NaN in the ray, or a corner that is not finite: not to be asked ([`RayLanes::sound`]).
 //! - Zero direction: missed, as an empty interval or a constant field.
 //! - Degenerate: a cell that is constant is missed, one that is zero throughout too.
 //! - Grazing: a field that touches zero without changing sign may be missed or hit. Zero counts as positive.
@@ -31,16 +32,16 @@ use mobula_simd::{F32Lanes, I32Lanes, MaskLanes, Token};
 
 use super::cell_walk::RayLanes;
 
-/// Halvings before Newton's steps.
+/// Halvings before Newton's steps, where these alone do not lead to the root.
 const HALVINGS: usize = 12;
-/// How near.
+/// How near the sign must have changed for a root to be there.
 const NEAR: f32 = 1.0 / (1 << 20) as f32;
 /// Newton's steps.
 const STEPS: usize = 2;
 
 /// Tests a cell a lane in the lanes `active`: the unit cell with the low corner `low`, in units of which the ray is. `corners[i]`
 /// is the value, less the iso value, at the corner whose x, y, z are bits 0, 1, 2 of `i`; none is minus zero. Returns which lanes
-/// hit within `(t_min, t_max]`, and where first.
+/// hit within `(t_min, t_max]`, and where first; if `ANY` hit is enough, where is not worked out if it is within for sure.
 #[inline(always)]
 pub fn iso_cell<T: Token, const ANY: bool>(
     token: T,
@@ -193,7 +194,7 @@ fn at<F: F32Lanes>([d, c, b, a]: [F; 4], u: F) -> F {
     a.mul_add(u, b).mul_add(u, c).mul_add(u, d)
 }
 
-/// The root of the cubic in a piece where it changes sign; `negative` at its start. `known` are the lanes that ask for it.
+/// The root of the cubic in a piece where it changes sign; `negative` at its start. Only the lanes `asked` need it.
 #[inline(always)]
 fn close_in<T: Token>(
     token: T,
@@ -203,31 +204,30 @@ fn close_in<T: Token>(
     negative: T::Mask,
     asked: T::Mask,
 ) -> T::F32 {
-    let half = token.splat(0.5);
-    // The chord's root, then Newton's steps.
+    let (zero, half) = (token.splat(0.0), token.splat(0.5));
     let (start, end) = (at(cubic, from), at(cubic, to));
     let mut u = ((to - from) * (start / (start - end)) + from).max(from).min(to);
-    u = newton(cubic, u, from, to);
-    u = newton(cubic, u, from, to);
-    // Is it there? It is if the sign changes nearby.
+    for _ in 0..STEPS {
+        u = newton(cubic, u, from, to);
+    }
     let near = token.splat(NEAR);
     let (before, after) = (at(cubic, (u - near).max(from)), at(cubic, (u + near).min(to)));
-    let unsure = asked.and_not((before.lt(token.splat(0.0)) ^ after.lt(token.splat(0.0))));
-    if unsure.any() {
-        let (mut low, mut high) = (from, to);
-        for _ in 0..HALVINGS {
-            let middle = (low + high) * half;
-            let other = at(cubic, middle).lt(token.splat(0.0)) ^ negative;
-            high = middle.select(other, high);
-            low = low.select(other, middle);
-        }
-        let mut v = (low + high) * half;
-        for _ in 0..STEPS {
-            v = newton(cubic, v, low, high);
-        }
-        u = v.select(unsure, u);
+    let unsure = asked.and_not(before.lt(zero) ^ after.lt(zero));
+    if !unsure.any() {
+        return u;
     }
-    u
+    let (mut low, mut high) = (from, to);
+    for _ in 0..HALVINGS {
+        let middle = (low + high) * half;
+        let other = at(cubic, middle).lt(zero) ^ negative;
+        high = middle.select(other, high);
+        low = low.select(other, middle);
+    }
+    let mut v = (low + high) * half;
+    for _ in 0..STEPS {
+        v = newton(cubic, v, low, high);
+    }
+    v.select(unsure, u)
 }
 
 /// A step of Newton's that stays in a piece.

@@ -5,11 +5,11 @@ use super::voxel::Voxel;
 /// Cells of a brick along each axis. A row along x is as long as the vectors that single rays are tested with.
 pub const CELLS: [usize; 3] = [8, 4, 4];
 /// Samples along each axis: those on the far faces too, which neighbours share.
-pub const SIDES: [usize; 3] = [CELLS[0] + 1, CELLS[1] + 1, CELLS[2] + 1];
+pub(super) const SIDES: [usize; 3] = [CELLS[0] + 1, CELLS[1] + 1, CELLS[2] + 1];
 /// Rows of samples, all of them: see [`Brick::load_rows`].
-pub const ALL_ROWS: u32 = (1 << (SIDES[1] * SIDES[2])) - 1;
+pub(super) const ALL_ROWS: u32 = (1 << (SIDES[1] * SIDES[2])) - 1;
 /// Samples, and room for the last row to be read in vectors.
-pub const ROOM: usize = SIDES[0] * SIDES[1] * SIDES[2] + 15;
+pub(super) const ROOM: usize = SIDES[0] * SIDES[1] * SIDES[2] + 15;
 
 /// The samples at the corners of the cells of a brick.
 #[derive(Clone, Copy, Debug)]
@@ -72,13 +72,13 @@ impl Brick {
 
     /// Where a row of samples begins.
     #[inline(always)]
-    pub fn row(j: usize, k: usize) -> usize {
+    pub(super) fn row(j: usize, k: usize) -> usize {
         (k * SIDES[1] + j) * SIDES[0]
     }
 
     /// All samples, row by row.
     #[inline(always)]
-    pub fn values(&self) -> &[f32; ROOM] {
+    pub(super) fn values(&self) -> &[f32; ROOM] {
         &self.values
     }
 

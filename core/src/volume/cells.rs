@@ -9,20 +9,20 @@ const COUNT: usize = CELLS[0] * CELLS[1] * CELLS[2];
 
 /// Which cells a surface passes through, and the values at their corners. Cell (i, j, k) has the number i + 8 j + 32 k.
 #[repr(align(64))]
-pub struct Cells {
+pub(super) struct Cells {
     /// A bit each.
-    pub passed: [u32; 4],
+    pub(super) passed: [u32; 4],
     /// x, y, z are bits 0, 1, 2 of a corner's number. Of cells that are passed through only.
     corners: [[f32; 8]; COUNT],
 }
 
 impl Cells {
     /// No cells.
-    pub const NONE: Self = Self { passed: [0; 4], corners: [[0.0; 8]; COUNT] };
+    pub(super) const NONE: Self = Self { passed: [0; 4], corners: [[0.0; 8]; COUNT] };
 
     /// Those of a brick with so many cells along each axis that the surface of a value passes through; says whether there are any.
     #[inline(always)]
-    pub fn fill<T: Token>(&mut self, token: T, brick: &Brick, cells: [usize; 3], value: f32) -> bool {
+    pub(super) fn fill<T: Token>(&mut self, token: T, brick: &Brick, cells: [usize; 3], value: f32) -> bool {
         self.passed = passed(token, brick, cells, value);
         let mut any = false;
         for k in 0..CELLS[2] {
@@ -46,7 +46,7 @@ impl Cells {
 
     /// The values at the corners of a cell in each lane, less the iso value.
     #[inline(always)]
-    pub fn corners<T: Token>(&self, token: T, cell: T::I32, value: T::F32) -> [T::F32; 8] {
+    pub(super) fn corners<T: Token>(&self, token: T, cell: T::I32, value: T::F32) -> [T::F32; 8] {
         let mut corners = token.rows(&self.corners, cell);
         for corner in &mut corners {
             *corner = *corner - value;
