@@ -39,6 +39,28 @@ const NEAR: f32 = 1.0 / (1 << 20) as f32;
 /// Newton's steps.
 const STEPS: usize = 2;
 
+/// The field along a ray in each lane, in the cell that it is in.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldAlong<T: Token> {
+    /// From the constant up, from 0 at `near` to 1 at `far`.
+    cubic: [T::F32; 4],
+    near: T::F32,
+    far: T::F32,
+    /// Is it negative there?
+    ends: [T::Mask; 2],
+}
+
+/// Which lanes may hit.
+#[derive(Clone, Copy, Debug)]
+pub struct May<T: Token> {
+    /// Within the cell, wherever in the ray's interval.
+    pub hit: T::Mask,
+    /// These do: there is a crossing, and all of the cell is within the interval.
+    pub surely: T::Mask,
+    /// If there is a crossing, it is within the interval.
+    within: T::Mask,
+}
+
 /// Tests a cell a lane in the lanes `active`: the unit cell with the low corner `low`, in units of which the ray is. `corners[i]`
 /// is the value, less the iso value, at the corner whose x, y, z are bits 0, 1, 2 of `i`; none is minus zero. Returns which lanes
 /// hit within `(t_min, t_max]`, and where first; if `ANY` hit is enough, where is not worked out if it is within for sure.
@@ -51,6 +73,23 @@ pub fn iso_cell<T: Token, const ANY: bool>(
     rays: &RayLanes<T>,
     t_max: T::F32,
 ) -> (T::Mask, T::F32) {
+    let (may, along) = field_along(token, active, corners, low, rays, t_max);
+    if !may.hit.any() {
+        return (may.hit, token.splat(0.0));
+    }
+    along.first_root::<ANY>(token, may, rays.t_min, t_max)
+}
+
+/// The first part of [`iso_cell`]: which lanes may hit, and what else has to be known to say where.
+#[inline(always)]
+pub fn field_along<T: Token>(
+    token: T,
+    active: T::Mask,
+    corners: &[T::F32; 8],
+    low: [T::F32; 3],
+    rays: &RayLanes<T>,
+    t_max: T::F32,
+) -> (May<T>, FieldAlong<T>) {
     let RayLanes { origin, direction, inverse, t_min } = *rays;
     let (zero, one) = (token.splat(0.0), token.splat(1.0));
     let mut planes = [[zero; 2]; 3];
@@ -63,66 +102,104 @@ pub fn iso_cell<T: Token, const ANY: bool>(
         far = a.max(b).min(far);
     }
     let inside = active & near.lt(far) & near.le(t_max);
-    if !inside.any() {
-        return (inside, zero);
-    }
+    let within = inside & near.gt(t_min) & far.le(t_max);
     let entry = fractions(token, &planes, low, origin, direction, near);
     let exit = fractions(token, &planes, low, origin, direction, far);
     let ends = [is_negative(token, weighed(one, corners, entry)), is_negative(token, weighed(one, corners, exit))];
-    // Any crossing of these is within the ray's interval, wherever it is.
-    let sure = if ANY { inside & near.gt(t_min) & far.le(t_max) } else { token.mask(0) };
-    let mut hit = sure & (ends[0] ^ ends[1]);
-    let length = far - near;
-    let cubic = along(&coefficients(corners), entry, direction, length);
+    let cubic = along(&coefficients(corners), entry, direction, far - near);
     // Between the ends the cubic is within the hull of its Bernstein coefficients.
     let third = token.splat(1.0 / 3.0);
     let hull = [cubic[1].mul_add(third, cubic[0]), (cubic[1] + cubic[1] + cubic[2]).mul_add(third, cubic[0])];
-    let mut undecided = ends[0] ^ ends[1];
+    let crossing = ends[0] ^ ends[1];
+    let mut undecided = crossing;
     for value in hull {
         undecided = undecided | (value.lt(zero) ^ ends[0]);
     }
-    let inside = (inside & undecided).and_not(hit);
-    if !inside.any() {
-        return (hit, zero);
+    (May { hit: inside & undecided, surely: within & crossing, within }, FieldAlong { cubic, near, far, ends })
+}
+
+impl<T: Token> FieldAlong<T> {
+    /// Of no ray.
+    #[inline(always)]
+    pub fn none(token: T) -> Self {
+        let (zero, none) = (token.splat(0.0), token.mask(0));
+        Self { cubic: [zero; 4], near: zero, far: zero, ends: [none; 2] }
     }
-    // The monotone pieces: 0, low, high, 1. What is not a root, or not between, becomes an end.
-    let [_, c, b, a] = cubic;
-    let three_a = a * token.splat(3.0);
-    let root = b.mul_sub(b, three_a * c).sqrt();
-    let sum = -(b + (-root).select(b.lt(zero), root));
-    let (first, second) = (sum / three_a, c / sum);
-    let first = first.max(zero).min(one);
-    let second = second.max(zero).min(one);
-    let (low, high) = (first.min(second), first.max(second));
-    let negative = [ends[0], at(cubic, low).lt(zero), at(cubic, high).lt(zero), ends[1]];
-    let mut crossed = [
-        inside & (negative[0] ^ negative[1]),
-        inside & (negative[1] ^ negative[2]),
-        inside & (negative[2] ^ negative[3]),
-    ];
-    if ANY {
-        hit = hit | (sure & (crossed[0] | crossed[1] | crossed[2]));
-        for piece in &mut crossed {
-            *piece = piece.and_not(sure);
+
+    /// In the lanes of a mask, another's.
+    #[inline(always)]
+    pub fn set(&mut self, mask: T::Mask, other: &Self) {
+        for (mine, other) in self.cubic.iter_mut().zip(&other.cubic) {
+            *mine = other.select(mask, *mine);
+        }
+        (self.near, self.far) = (other.near.select(mask, self.near), other.far.select(mask, self.far));
+        for (mine, other) in self.ends.iter_mut().zip(other.ends) {
+            *mine = mine.and_not(mask) | (other & mask);
         }
     }
-    let mut t = zero;
-    // Once, except where a first root is not within the interval: it starts on the surface.
-    while (crossed[0] | crossed[1] | crossed[2]).any() {
-        let zeroth = crossed[0];
-        let middle = crossed[1].and_not(zeroth);
-        let last = crossed[2].and_not(zeroth | middle);
-        let from = zero.select(zeroth, low.select(middle, high));
-        let to = low.select(zeroth, high.select(middle, one));
-        let sign = (negative[0] & zeroth) | (negative[1] & middle) | (negative[2] & last);
-        let u = close_in(token, cubic, from, to, sign, zeroth | middle | last);
-        let here = u.mul_add(length, near).min(far);
-        let found = (zeroth | middle | last) & here.gt(t_min) & here.le(t_max);
-        t = here.select(found, t);
-        hit = hit | found;
-        crossed = [token.mask(0), crossed[1].and_not(middle | found), crossed[2].and_not(last | found)];
+
+    /// Of lanes that surely hit: where.
+    #[inline(always)]
+    pub fn sure_root(&self, token: T, among: T::Mask, t_min: T::F32, t_max: T::F32) -> (T::Mask, T::F32) {
+        self.first_root::<false>(token, May { hit: among, surely: among, within: among }, t_min, t_max)
     }
-    (hit, t)
+
+    /// Which lanes hit, and where first.
+    #[inline(always)]
+    pub fn first_root<const ANY: bool>(
+        &self,
+        token: T,
+        may: May<T>,
+        t_min: T::F32,
+        t_max: T::F32,
+    ) -> (T::Mask, T::F32) {
+        let Self { cubic, near, far, ends } = *self;
+        let (zero, one) = (token.splat(0.0), token.splat(1.0));
+        let length = far - near;
+        let mut hit = if ANY { may.surely } else { token.mask(0) };
+        let inside = may.hit.and_not(hit);
+        if ANY && !inside.any() {
+            return (hit, zero);
+        }
+        // The monotone pieces: 0, low, high, 1. What is not a root, or not between, becomes an end.
+        let [_, c, b, a] = cubic;
+        let three_a = a * token.splat(3.0);
+        let root = b.mul_sub(b, three_a * c).sqrt();
+        let sum = -(b + (-root).select(b.lt(zero), root));
+        let (first, second) = (sum / three_a, c / sum);
+        let first = first.max(zero).min(one);
+        let second = second.max(zero).min(one);
+        let (low, high) = (first.min(second), first.max(second));
+        let negative = [ends[0], at(cubic, low).lt(zero), at(cubic, high).lt(zero), ends[1]];
+        let mut crossed = [
+            inside & (negative[0] ^ negative[1]),
+            inside & (negative[1] ^ negative[2]),
+            inside & (negative[2] ^ negative[3]),
+        ];
+        if ANY {
+            hit = hit | (may.within & (crossed[0] | crossed[1] | crossed[2]));
+            for piece in &mut crossed {
+                *piece = piece.and_not(may.within);
+            }
+        }
+        let mut t = zero;
+        // Once, except where a first root is not within the interval: it starts on the surface.
+        while (crossed[0] | crossed[1] | crossed[2]).any() {
+            let zeroth = crossed[0];
+            let middle = crossed[1].and_not(zeroth);
+            let last = crossed[2].and_not(zeroth | middle);
+            let from = zero.select(zeroth, low.select(middle, high));
+            let to = low.select(zeroth, high.select(middle, one));
+            let sign = (negative[0] & zeroth) | (negative[1] & middle) | (negative[2] & last);
+            let u = close_in(token, cubic, from, to, sign, zeroth | middle | last);
+            let here = u.mul_add(length, near).min(far);
+            let found = (zeroth | middle | last) & here.gt(t_min) & here.le(t_max);
+            t = here.select(found, t);
+            hit = hit | found;
+            crossed = [token.mask(0), crossed[1].and_not(middle | found), crossed[2].and_not(last | found)];
+        }
+        (hit, t)
+    }
 }
 
 /// Where in the cell the ray is at t, from 0 to 1.

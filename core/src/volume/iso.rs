@@ -13,7 +13,7 @@ use crate::bvh::{Child, Node, Tree};
 use crate::kernel::cell_walk::{CellWalk, RayLanes};
 use crate::kernel::frusta::Frusta;
 use crate::kernel::groups::{GROUPS, group_size};
-use crate::kernel::iso_cell::iso_cell;
+use crate::kernel::iso_cell::{FieldAlong, field_along, iso_cell};
 use crate::kernel::margin::{Frame, PAD, larger};
 use crate::kernel::single::SingleRay;
 use crate::leaf::Leaf;
@@ -166,6 +166,7 @@ fn through<T: Token, const N: usize, S: Sink<N>>(
     let ray = lanes(token, rays, at);
     let mut walk = CellWalk::new(token, &ray, among, token.load(&rays.t_max[..], at), place.first, place.cells);
     let mut changed = false;
+    let (mut found, mut sure) = (FieldAlong::none(token), token.mask(0));
     while walk.inside.any() {
         // Each on to a cell to test: then all at once.
         let mut searching = walk.inside.and_not(token.is_member(&cells.passed, walk.cell));
@@ -178,26 +179,41 @@ fn through<T: Token, const N: usize, S: Sink<N>>(
         }
         let corners = cells.corners(token, walk.cell, token.splat(value));
         let t_max = token.load(&rays.t_max[..], at);
+        let (may, along) = field_along(token, walk.inside, &corners, walk.low(), &ray, t_max);
         if S::ANY && !sink.wants_all() {
-            let (hit, t) = iso_cell::<T, true>(token, walk.inside, &corners, walk.low(), &ray, t_max);
+            let (hit, t) = along.first_root::<true>(token, may, ray.t_min, t_max);
             if hit.any() {
                 changed |= sink.record(token, rays, at, hit, t, id);
                 walk.inside = walk.inside.and_not(hit);
             }
         } else {
-            let (hit, t) = iso_cell::<T, false>(token, walk.inside, &corners, walk.low(), &ray, t_max);
-            if hit.any() {
-                changed |= sink.record(token, rays, at, hit, t, id);
-                if S::ANY {
-                    changed |= again(token, &corners, walk.low(), ray, t, rays, at, hit, sink, id);
-                } else {
-                    walk.inside = walk.inside.and_not(hit);
+            let mut may = may;
+            if !S::ANY {
+                // Where they hit is worked out for all at once, later.
+                found.set(may.surely, &along);
+                sure = sure | may.surely;
+                may.hit = may.hit.and_not(may.surely);
+                walk.inside = walk.inside.and_not(may.surely);
+            }
+            if may.hit.any() {
+                let (hit, t) = along.first_root::<false>(token, may, ray.t_min, t_max);
+                if hit.any() {
+                    changed |= sink.record(token, rays, at, hit, t, id);
+                    if S::ANY {
+                        changed |= again(token, &corners, walk.low(), ray, t, rays, at, hit, sink, id);
+                    } else {
+                        walk.inside = walk.inside.and_not(hit);
+                    }
                 }
             }
         }
         let t_max = token.load(&rays.t_max[..], at);
         walk.inside = walk.inside & walk.out().le(t_max);
         walk.advance(&ray, walk.inside);
+    }
+    if sure.any() {
+        let (hit, t) = found.sure_root(token, sure, ray.t_min, token.load(&rays.t_max[..], at));
+        changed |= sink.record(token, rays, at, hit, t, id);
     }
     changed
 }
