@@ -104,7 +104,7 @@ impl Tree for IsoTree<'_> {
     #[inline(always)]
     fn prefetch(&self, child: Child) {
         if child.is_leaf() {
-            let _ = child;
+            Leaf::prefetch(self, child.leaf_range());
         }
     }
 
