@@ -43,8 +43,9 @@ impl<T: Token> RayLanes<T> {
 pub struct CellWalk<T: Token> {
     /// Which rays are in it.
     pub inside: T::Mask,
-    /// The numbers of the cells that they are in.
+    /// The numbers of the cells that they are in, and where they entered these.
     pub cell: T::I32,
+    pub entered: T::F32,
     /// The plane that they meet next along each axis, and where that is.
     plane: [T::F32; 3],
     next: [T::F32; 3],
@@ -78,6 +79,7 @@ impl<T: Token> CellWalk<T> {
         let mut walk = Self {
             inside,
             cell: token.splat_i32(0),
+            entered: near,
             plane: [zero; 3],
             next: [zero; 3],
             step: [one; 3],
@@ -109,23 +111,20 @@ impl<T: Token> CellWalk<T> {
         walk
     }
 
-    /// Moves the rays `among` on to the next cell.
+    /// Moves rays on to the next cell, if that is entered before `gate`. Those that are not inside go anywhere.
+    ///
+    /// A ray waits where the gate is `-inf`: not by a mask, which would be on the way from one step to the next.
     #[inline(always)]
-    pub fn advance(&mut self, rays: &RayLanes<T>, among: T::Mask) {
-        let out = self.out();
+    pub fn advance(&mut self, rays: &RayLanes<T>, gate: T::F32) {
+        let out = self.next[0].min(self.next[1]).min(self.next[2]).min(gate);
         for axis in 0..3 {
-            let over = among & self.next[axis].le(out);
+            let over = self.next[axis].le(out);
             self.plane[axis] = (self.plane[axis] + self.step[axis]).select(over, self.plane[axis]);
             self.cell = (self.cell + self.stride[axis]).select(over, self.cell);
             self.next[axis] = (self.plane[axis] - rays.origin[axis]) * rays.inverse[axis];
         }
-        self.inside = self.inside.and_not(among) | (self.inside & among & out.lt(self.far));
-    }
-
-    /// Where rays leave the cells that they are in.
-    #[inline(always)]
-    pub fn out(&self) -> T::F32 {
-        self.next[0].min(self.next[1]).min(self.next[2])
+        self.entered = out.max(self.entered);
+        self.inside = self.inside & self.entered.lt(self.far);
     }
 
     /// The low corners of these cells.

@@ -167,12 +167,13 @@ fn through<T: Token, const N: usize, S: Sink<N>>(
     let mut walk = CellWalk::new(token, &ray, among, token.load(&rays.t_max[..], at), place.first, place.cells);
     let mut changed = false;
     let (mut found, mut sure) = (FieldAlong::none(token), token.mask(0));
+    let (on, wait) = (token.splat(f32::INFINITY), token.splat(f32::NEG_INFINITY));
     while walk.inside.any() {
         // Each on to a cell to test: then all at once.
-        let mut searching = walk.inside.and_not(token.is_member(&cells.passed, walk.cell));
-        while searching.any() {
-            walk.advance(&ray, searching);
-            searching = (searching & walk.inside).and_not(token.is_member(&cells.passed, walk.cell));
+        let mut arrived = token.is_member(&cells.passed, walk.cell);
+        while walk.inside.and_not(arrived).any() {
+            walk.advance(&ray, wait.select(arrived, on));
+            arrived = token.is_member(&cells.passed, walk.cell);
         }
         if !walk.inside.any() {
             break;
@@ -207,9 +208,8 @@ fn through<T: Token, const N: usize, S: Sink<N>>(
                 }
             }
         }
-        let t_max = token.load(&rays.t_max[..], at);
-        walk.inside = walk.inside & walk.out().le(t_max);
-        walk.advance(&ray, walk.inside);
+        walk.advance(&ray, on);
+        walk.inside = walk.inside & walk.entered.le(token.load(&rays.t_max[..], at));
     }
     if sure.any() {
         let (hit, t) = found.sure_root(token, sure, ray.t_min, token.load(&rays.t_max[..], at));
