@@ -43,8 +43,9 @@ impl<T: Token> RayLanes<T> {
 pub struct CellWalk<T: Token> {
     /// Which rays are in it.
     pub inside: T::Mask,
-    /// The numbers of the cells that they are in, and where they entered these.
+    /// The numbers of the cells that they are in.
     pub cell: T::I32,
+    /// Where they entered these.
     pub entered: T::F32,
     /// The plane that they meet next along each axis, and where that is.
     plane: [T::F32; 3],

@@ -71,7 +71,7 @@ fn passed<T: Token>(token: T, brick: &Brick, cells: [usize; 3], value: f32) -> [
             for j in 0..SIDES[1] {
                 let start = Brick::row(j, k) + at;
                 let (a, b) = (token.load(values, start), token.load(values, start + 1));
-                let here = [a.min(b), a.max(b), if brick.finite { zero } else { (a - a) + (b - b) }];
+                let here = [a.min(b), a.max(b), if brick.finite { zero } else { a.mul_add(zero, b * zero) }];
                 if j > 0 {
                     let four = [row[0].min(here[0]), row[1].max(here[1]), row[2] + here[2]];
                     let old = before[j - 1];

@@ -7,7 +7,8 @@
 //!
 //! | file | idea |
 //! |---|---|
-//! | `iso` | the tree of an iso-surface, as walks see it, and how rays meet a brick |
+//! | `iso` | the tree of an iso-surface, as walks see it |
+//! | `in_brick` | how rays meet the surface in a brick |
 //! | `field` | a grid with its hierarchy, whatever type its samples have |
 //! | `ranges` | least and greatest values, built from the bricks up |
 //! | `layout` | which bricks there are, and which node is made of which |
@@ -18,6 +19,7 @@
 mod brick;
 mod cells;
 mod field;
+mod in_brick;
 mod iso;
 mod layout;
 mod ranges;
