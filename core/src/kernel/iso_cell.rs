@@ -5,7 +5,7 @@
 //! three monotone pieces; the first piece that changes sign holds the first root. So a ray that crosses the surface
 //! twice inside a cell is found to. We depart in one way: the root is where the chord, and then two of Newton's steps, lead to,
 //! if the cubic has changed sign within 2^-20 of the cell of there: the piece is monotone, so that the root is no farther away.
-//! In the others, one of five hundred, it is closed in on by a fixed number of halvings and then of Newton steps that may not
+//! In the others, one of sixty, it is closed in on by a fixed number of halvings and then of Newton steps that may not
 //! leave what the halvings left. After 12 halvings either Newton's steps square the error, or the field is so flat there that the
 //! root is not known to 2^-12 of the cell anyway. What a lane finds does not depend on the others, so it is the same at every level.
 //!
