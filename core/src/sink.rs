@@ -30,6 +30,11 @@ pub trait Sink<const N: usize> {
     /// Takes the lanes `hit` of the rays from `at`; says whether the interval of any of them changed.
     fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool;
 
+    /// Of any hits: does it matter how many there are, and where?
+    fn wants_all(&self) -> bool {
+        true
+    }
+
     /// The id of ray `i`'s hit so far.
     fn id(&self, i: usize) -> u32;
 
@@ -155,6 +160,11 @@ impl<const N: usize> Sink<N> for AnyHit<'_> {
         }
         token.splat(f32::NEG_INFINITY).store_masked(&mut rays.t_max[..], at, hit);
         hit.any()
+    }
+
+    #[inline(always)]
+    fn wants_all(&self) -> bool {
+        self.opacity.is_some()
     }
 
     #[inline(always)]

@@ -194,6 +194,17 @@ impl Token for Avx2 {
         out
     }
     #[inline(always)]
+    fn is_member(self, set: &[u32; 4], index: Avx2I32) -> Avx2Mask {
+        // SAFETY: AVX2 by the token; four words are read from an array of four.
+        Avx2Mask(unsafe {
+            let words = _mm256_castsi256_ps(_mm256_broadcastsi128_si256(_mm_loadu_si128(set.as_ptr().cast())));
+            let word = _mm256_castps_si256(_mm256_permutevar_ps(words, _mm256_srli_epi32::<5>(index.0)));
+            // The bit where the sign is, and from there everywhere.
+            let up = _mm256_andnot_si256(index.0, _mm256_set1_epi32(31));
+            _mm256_castsi256_ps(_mm256_srai_epi32::<31>(_mm256_sllv_epi32(word, up)))
+        })
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx2Mask {
         let lane = avx2!(_mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128));
         let bits = self.splat_i32(bits as i32).0;

@@ -195,6 +195,16 @@ impl Token for Avx512 {
         out
     }
     #[inline(always)]
+    fn is_member(self, set: &[u32; 4], index: Avx512I32) -> Avx512Mask {
+        // SAFETY: AVX-512 by the token; four words are read from an array of four.
+        Avx512Mask(unsafe {
+            let words = _mm512_broadcast_f32x4(_mm_loadu_ps(set.as_ptr().cast()));
+            let word = _mm512_permutevar_ps(words, _mm512_srli_epi32::<5>(index.0));
+            let bit = _mm512_sllv_epi32(_mm512_set1_epi32(1), _mm512_and_si512(index.0, _mm512_set1_epi32(31)));
+            _mm512_test_epi32_mask(_mm512_castps_si512(word), bit)
+        })
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Avx512Mask {
         Avx512Mask(bits as u16)
     }

@@ -58,6 +58,8 @@ pub trait Token: Copy + Debug + Send + Sync + 'static {
     /// Rows of eight, one a lane, as eight vectors: lane i of vector k is `rows[index[i] % R][k]`. A row is read at once and all of them are
     /// transposed: several times faster than eight gathers. R is a power of two.
     fn gather_rows<const R: usize>(self, rows: &[[f32; 8]; R], index: Self::I32) -> [Self::F32; 8];
+    /// Is `index % 128` in the set? Bit i of word w says it of 32 w + i.
+    fn is_member(self, set: &[u32; 4], index: Self::I32) -> Self::Mask;
     /// Lane i is set when bit i is.
     fn mask(self, bits: u32) -> Self::Mask;
     /// The first `n` lanes (all of them when `n >= LANES`).

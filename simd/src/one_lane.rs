@@ -316,6 +316,11 @@ macro_rules! one_lane_token {
             ]
         }
         #[inline(always)]
+        fn is_member(self, set: &[u32; 4], index: Self::I32) -> Self::Mask {
+            let index = index.0 as u32;
+            $crate::one_lane::OneMask(set[(index / 32 % 4) as usize] >> (index % 32) & 1 == 1)
+        }
+        #[inline(always)]
         fn mask(self, bits: u32) -> Self::Mask {
             $crate::one_lane::OneMask(bits & 1 == 1)
         }

@@ -132,6 +132,15 @@ impl Token for Sse2 {
         [Sse2F32(a), Sse2F32(b), Sse2F32(c), Sse2F32(d), Sse2F32(e), Sse2F32(f), Sse2F32(g), Sse2F32(h)]
     }
     #[inline(always)]
+    fn is_member(self, set: &[u32; 4], index: Sse2I32) -> Sse2Mask {
+        let index: [u32; 4] = cast(index.0);
+        let mut lanes = [0; 4];
+        for i in 0..4 {
+            lanes[i] = (set[(index[i] / 32 % 4) as usize] >> (index[i] % 32) & 1).wrapping_neg();
+        }
+        Sse2Mask(u32x4::new(lanes))
+    }
+    #[inline(always)]
     fn mask(self, bits: u32) -> Sse2Mask {
         let lane = u32x4::new([1, 2, 4, 8]);
         Sse2Mask((u32x4::splat(bits) & lane).simd_eq(lane))

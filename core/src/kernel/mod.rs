@@ -8,6 +8,7 @@
 pub mod aabb;
 pub mod absorb;
 pub mod boxes;
+pub mod cell_walk;
 pub mod classify;
 pub mod diverged;
 pub mod edges;

@@ -1,9 +1,9 @@
 //! Kernels that test a leaf, by the three ways in which walks call it: see [`crate::leaf`].
 
 use alloc::string::String;
-use alloc::vec::Vec;
 use core::fmt::Debug;
 use core::marker::PhantomData;
+use core::ops::Range;
 
 use mobula_simd::{Dispatch, Scalar, Task, Token};
 
@@ -97,9 +97,9 @@ impl<B: LabBlock, const PATH: u8, const HIT: bool, const UNIT: bool> Kernel for 
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<B, N>) {
         let Work { rays, primitives, hits, frusta, .. } = work;
         if HIT == ANY {
-            test::<T, N, B, _, PATH>(token, primitives, rays, &mut AnyHit::opaque(), frusta);
+            test::<T, N, _, _, PATH>(token, primitives, 0..primitives.len(), rays, &mut AnyHit::opaque(), frusta);
         } else {
-            test::<T, N, B, _, PATH>(token, primitives, rays, hits, frusta);
+            test::<T, N, _, _, PATH>(token, primitives, 0..primitives.len(), rays, hits, frusta);
         }
     }
 
@@ -164,23 +164,23 @@ pub(super) fn any_agrees<P>(draft: &Draft<P>, outcome: &Outcome, general: &Outco
     Ok(())
 }
 
-/// All blocks as one leaf.
+/// Tests one leaf.
 #[inline(always)]
-fn test<T: Token, const N: usize, B: Block, S: Sink<N>, const PATH: u8>(
+pub(super) fn test<T: Token, const N: usize, L: Leaf, S: Sink<N>, const PATH: u8>(
     token: T,
-    blocks: &Vec<B>,
+    leaves: &L,
+    leaf: Range<usize>,
     rays: &mut Rays<N>,
     sink: &mut S,
     frusta: &Option<(Frusta, u32)>,
 ) {
-    let leaf = 0..blocks.len();
     let mut travelling = 0;
     if let Some((frusta, groups)) = frusta {
         travelling = *groups;
         if PATH == COMMON_ORIGIN {
-            blocks.packet::<T, N, true, S>(token, leaf.clone(), frusta, rays, sink, *groups);
+            leaves.packet::<T, N, true, S>(token, leaf.clone(), frusta, rays, sink, *groups);
         } else {
-            blocks.packet::<T, N, false, S>(token, leaf.clone(), frusta, rays, sink, *groups);
+            leaves.packet::<T, N, false, S>(token, leaf.clone(), frusta, rays, sink, *groups);
         }
     }
     // The others, which no frustum is around: in the case that is timed there are none.
@@ -197,60 +197,63 @@ fn test<T: Token, const N: usize, B: Block, S: Sink<N>, const PATH: u8>(
                 others &= others - 1;
                 let (ray, hit) = (OneRay::of(rays, i, [[f32::NAN; 3]; 2]), sink.single(rays, i));
                 let found = if S::ANY {
-                    token.run(LeafSingle::<_, true> { blocks, ray, hit })
+                    token.run(LeafSingle::<_, true> { leaves, leaf: leaf.clone(), ray, hit })
                 } else {
-                    token.run(LeafSingle::<_, false> { blocks, ray, hit })
+                    token.run(LeafSingle::<_, false> { leaves, leaf: leaf.clone(), ray, hit })
                 };
                 sink.set(rays, i, found);
             }
         } else if others != 0 {
-            stream::<T, N, B, S>(token, blocks, rays, sink, from, others);
+            stream::<T, N, L, S>(token, leaves, leaf.clone(), rays, sink, from, others);
         }
         from += 64;
     }
 }
 
 /// One ray: a task, as in traversal, so that all packet widths share one copy of it.
-struct LeafSingle<'a, B, const ANY: bool> {
-    blocks: &'a Vec<B>,
+struct LeafSingle<'a, L, const ANY: bool> {
+    leaves: &'a L,
+    leaf: Range<usize>,
     ray: OneRay,
     hit: SingleHit<'a>,
 }
 
-impl<B: Block, const ANY: bool> Task for LeafSingle<'_, B, ANY> {
+impl<L: Leaf, const ANY: bool> Task for LeafSingle<'_, L, ANY> {
     type Output = Found;
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) -> Found {
-        let Self { blocks, ray, mut hit } = self;
+        let Self { leaves, leaf, ray, mut hit } = self;
         let token = token.narrow();
-        blocks.single::<_, ANY>(token, 0..blocks.len(), &mut SingleRay::new(token, &ray), &mut hit);
+        leaves.single::<_, ANY>(token, leaf, &mut SingleRay::new(token, &ray), &mut hit);
         hit.found
     }
 }
 
 /// 64 rays: a task, as in traversal, so that all packet widths share one copy of it.
-struct LeafStream<'a, B, S> {
-    blocks: &'a Vec<B>,
+struct LeafStream<'a, L, S> {
+    leaves: &'a L,
+    leaf: Range<usize>,
     rays: &'a mut Rays<64>,
     sink: &'a mut S,
     active: u64,
 }
 
-impl<B: Block, S: Sink<64>> Task for LeafStream<'_, B, S> {
+impl<L: Leaf, S: Sink<64>> Task for LeafStream<'_, L, S> {
     type Output = ();
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let Self { blocks, rays, sink, active } = self;
-        blocks.stream(token, 0..blocks.len(), rays, sink, active);
+        let Self { leaves, leaf, rays, sink, active } = self;
+        leaves.stream(token, leaf, rays, sink, active);
     }
 }
 
 #[inline(always)]
-fn stream<T: Token, const N: usize, B: Block, S: Sink<N>>(
+fn stream<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
     token: T,
-    blocks: &Vec<B>,
+    leaves: &L,
+    leaf: Range<usize>,
     rays: &mut Rays<N>,
     sink: &mut S,
     from: usize,
@@ -259,7 +262,7 @@ fn stream<T: Token, const N: usize, B: Block, S: Sink<N>>(
     let mut copies = Rays::<64>::default();
     rays.section(from, &mut copies);
     let mut section = sink.section::<64>(from);
-    token.run(LeafStream { blocks, rays: &mut copies, sink: &mut section, active });
+    token.run(LeafStream { leaves, leaf, rays: &mut copies, sink: &mut section, active });
     let mut ids = [0; 64];
     for (i, id) in ids.iter_mut().enumerate() {
         *id = section.id(i);

@@ -6,9 +6,11 @@ use super::voxel::Voxel;
 pub use crate::kernel::trilinear::CELLS;
 
 /// Samples along each axis: those on the far faces too, which neighbours share.
-const SIDES: [usize; 3] = [CELLS[0] + 1, CELLS[1] + 1, CELLS[2] + 1];
+pub(super) const SIDES: [usize; 3] = [CELLS[0] + 1, CELLS[1] + 1, CELLS[2] + 1];
+/// Rows of samples, all of them: see [`Brick::load_rows`].
+pub(super) const ALL_ROWS: u32 = (1 << (SIDES[1] * SIDES[2])) - 1;
 /// Samples, and room for the last row to be read in vectors.
-const ROOM: usize = SIDES[0] * SIDES[1] * SIDES[2] + 15;
+pub(super) const ROOM: usize = SIDES[0] * SIDES[1] * SIDES[2] + 15;
 
 /// The samples at the corners of the cells of a brick.
 #[derive(Clone, Copy, Debug)]
@@ -23,35 +25,45 @@ impl Brick {
     /// Zeros.
     pub const EMPTY: Self = Self { values: [0.0; ROOM], finite: true };
 
-    /// Copies the samples of a grid from sample `first` on; beyond the last ones, these are repeated. What is not finite becomes NaN,
-    /// minus zero zero.
+    /// Copies all rows of samples: see [`load_rows`](Self::load_rows).
     #[inline(always)]
     pub fn load<V: Voxel>(&mut self, voxels: &[V], samples: [usize; 3], first: [usize; 3]) {
+        self.load_rows(voxels, samples, first, ALL_ROWS);
+    }
+
+    /// Copies the rows of samples in `rows` (bit j + 5 k is row (j, k)) of a grid from sample `first` on; beyond the last ones, these
+    /// are repeated. What is not finite becomes NaN, minus zero zero.
+    #[inline(always)]
+    pub fn load_rows<V: Voxel>(&mut self, voxels: &[V], samples: [usize; 3], first: [usize; 3], mut rows: u32) {
         let [nx, ny, nz] = samples;
         let count = SIDES[0].min(nx - first[0]);
-        let mut sum = 0.0;
-        for k in 0..SIDES[2] {
-            for j in 0..SIDES[1] {
-                let (y, z) = ((first[1] + j).min(ny - 1), (first[2] + k).min(nz - 1));
-                let start = (z * ny + y) * nx + first[0];
-                let row = &voxels[start..start + count];
-                let out = &mut self.values[Self::row(j, k)..][..SIDES[0]];
-                // Most rows are whole: their number of samples is known when this is compiled.
-                if let Ok(whole) = <&[V; SIDES[0]]>::try_from(row) {
-                    for i in 0..SIDES[0] {
-                        out[i] = whole[i].to_f32() + 0.0;
-                        // NaN if one is not finite.
-                        sum += if V::FINITE { 0.0 } else { out[i] * 0.0 };
-                    }
-                } else {
-                    for i in 0..SIDES[0] {
-                        out[i] = row[i.min(count - 1)].to_f32() + 0.0;
-                        sum += out[i] * 0.0;
-                    }
+        while rows != 0 {
+            let at = rows.trailing_zeros() as usize % 32;
+            rows &= rows - 1;
+            let (j, k) = (at % SIDES[1], at / SIDES[1]);
+            let (y, z) = ((first[1] + j).min(ny - 1), (first[2] + k).min(nz - 1));
+            let start = (z * ny + y) * nx + first[0];
+            let row = &voxels[start..start + count];
+            let out = &mut self.values[Self::row(j, k)..][..SIDES[0]];
+            // Most rows are whole: their number of samples is known when this is compiled. Nothing else is done here, so that many
+            // rows are on their way from memory at once.
+            if let Ok(whole) = <&[V; SIDES[0]]>::try_from(row) {
+                for i in 0..SIDES[0] {
+                    out[i] = whole[i].to_f32() + 0.0;
+                }
+            } else {
+                for i in 0..SIDES[0] {
+                    out[i] = row[i.min(count - 1)].to_f32() + 0.0;
                 }
             }
         }
-        self.finite = sum == 0.0;
+        let mut wild = 0;
+        if !V::FINITE {
+            for value in &self.values {
+                wild |= is_wild(*value);
+            }
+        }
+        self.finite = wild == 0;
         if !self.finite {
             for value in &mut self.values {
                 *value = if value.is_finite() { *value } else { f32::NAN };
@@ -61,8 +73,14 @@ impl Brick {
 
     /// Where a row of samples begins.
     #[inline(always)]
-    fn row(j: usize, k: usize) -> usize {
+    pub(super) fn row(j: usize, k: usize) -> usize {
         (k * SIDES[1] + j) * SIDES[0]
+    }
+
+    /// All samples, row by row.
+    #[inline(always)]
+    pub(super) fn values(&self) -> &[f32; ROOM] {
+        &self.values
     }
 
     /// All samples, and where those of corner `corner` of the cells of row (j, k) begin.
@@ -70,4 +88,11 @@ impl Brick {
     pub fn corners(&self, j: usize, k: usize, corner: usize) -> (&[f32], usize) {
         (&self.values, Self::row(j + (corner >> 1 & 1), k + (corner >> 2)) + (corner & 1))
     }
+}
+
+/// 1 if it is not finite. As an integer: many are looked at together, where a sum of floats would have an order.
+#[inline(always)]
+fn is_wild(value: f32) -> u32 {
+    const EXPONENT: u32 = 0x7f80_0000;
+    u32::from(value.to_bits() & EXPONENT == EXPONENT)
 }

@@ -1,6 +1,8 @@
 //! A grid with its hierarchy, whatever type its samples have.
 
-use super::brick::{Brick, CELLS};
+use mobula_simd::prefetch;
+
+use super::brick::{Brick, CELLS, SIDES};
 use super::layout::Layout;
 use super::ranges::{NodeRanges, Ranges};
 use super::samples::BrickSamples;
@@ -14,8 +16,11 @@ pub trait Field: Send + Sync {
     /// Least and greatest values of what node `at` of the level above `level` is made of, by place; NaN where there is nothing.
     fn ranges(&self, level: usize, at: [usize; 3]) -> [[f32; 8]; 2];
 
-    /// The samples of a brick.
-    fn load(&self, at: [usize; 3], brick: &mut Brick);
+    /// Asks for the memory of a brick before it is read.
+    fn prefetch(&self, at: [usize; 3]);
+
+    /// Rows of samples of a brick: see [`Brick::load_rows`].
+    fn load(&self, at: [usize; 3], rows: u32, brick: &mut Brick);
 
     /// The samples of a brick for rays that go through it, and their gradients if they are asked for.
     fn samples(&self, at: [usize; 3], gradients: bool, out: &mut BrickSamples);
@@ -41,8 +46,21 @@ impl<V: Voxel> Field for GridField<'_, V> {
         self.ranges.of_children(self.layout, level, at)
     }
 
-    fn load(&self, at: [usize; 3], brick: &mut Brick) {
-        brick.load(self.voxels, self.layout.samples(), [0, 1, 2].map(|axis| at[axis] * CELLS[axis]));
+    fn prefetch(&self, at: [usize; 3]) {
+        let [nx, ny, nz] = self.layout.samples();
+        let start = at[0] * CELLS[0];
+        for k in 0..SIDES[2] {
+            for j in 0..SIDES[1] {
+                let (y, z) = ((at[1] * CELLS[1] + j).min(ny - 1), (at[2] * CELLS[2] + k).min(nz - 1));
+                if let Some(sample) = self.voxels.get((z * ny + y) * nx + start) {
+                    prefetch(sample);
+                }
+            }
+        }
+    }
+
+    fn load(&self, at: [usize; 3], rows: u32, brick: &mut Brick) {
+        brick.load_rows(self.voxels, self.layout.samples(), [0, 1, 2].map(|axis| at[axis] * CELLS[axis]), rows);
     }
 
     fn samples(&self, at: [usize; 3], gradients: bool, out: &mut BrickSamples) {

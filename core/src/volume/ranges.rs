@@ -68,9 +68,16 @@ impl<V: Voxel> NodeRanges for Ranges<V> {
 
     fn of_children(&self, layout: &Layout, level: usize, at: [usize; 3]) -> [[f32; 8]; 2] {
         let mut out = [[f32::NAN; 8]; 2];
-        for (slot, i) in children(layout.levels()[level], at) {
-            let [low, high] = self.levels[level][i];
-            (out[0][slot], out[1][slot]) = (low.to_f32(), high.to_f32());
+        let (dims, ranges) = (layout.levels()[level], &self.levels[level]);
+        for row in 0..4 {
+            let [x, y, z] = [2 * at[0], 2 * at[1] + row % 2, 2 * at[2] + row / 2];
+            if y < dims[1] && z < dims[2] {
+                let count = (dims[0] - x).min(2);
+                let start = (z * dims[1] + y) * dims[0] + x;
+                for (i, &[low, high]) in ranges[start..start + count].iter().enumerate() {
+                    (out[0][2 * row + i], out[1][2 * row + i]) = (low.to_f32(), high.to_f32());
+                }
+            }
         }
         out
     }

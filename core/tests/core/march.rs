@@ -290,8 +290,11 @@ fn what_cannot_be_seen_is_passed_by() {
         fn ranges(&self, level: usize, at: [usize; 3]) -> [[f32; 8]; 2] {
             self.0.ranges(level, at)
         }
-        fn load(&self, at: [usize; 3], brick: &mut mobula_core::volume::Brick) {
-            self.0.load(at, brick);
+        fn prefetch(&self, at: [usize; 3]) {
+            self.0.prefetch(at);
+        }
+        fn load(&self, at: [usize; 3], rows: u32, brick: &mut mobula_core::volume::Brick) {
+            self.0.load(at, rows, brick);
         }
         fn samples(&self, at: [usize; 3], gradients: bool, out: &mut mobula_core::volume::BrickSamples) {
             self.1.fetch_add(1, std::sync::atomic::Ordering::Relaxed);

@@ -1,6 +1,7 @@
 //! What differential tests and fuzzers once found, and what is easy to get wrong, by name. At every level of this machine.
 
 use mobula_core::bvh::{Bvh, Serial};
+use mobula_core::kernel::cell_walk::RayLanes;
 use mobula_core::kernel::iso_cell::iso_cell;
 use mobula_core::leaf::{Block, SphereBlock, TriangleBlock};
 use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
@@ -25,11 +26,12 @@ impl Task for Cell<'_> {
         let inverse = splat3(token, [1.0 / x, 1.0 / y, 1.0 / z]);
         let (origin, direction) = (splat3(token, self.origin), splat3(token, self.direction));
         let [t_min, t_max] = [token.splat(self.interval[0]), token.splat(self.interval[1])];
-        let (hit, t) = {
-            let low = [token.splat(0.0); 3];
-            iso_cell(token, token.mask(u32::MAX), &corners, low, origin, direction, inverse, t_min, t_max)
-        };
+        let (low, all) = ([token.splat(0.0); 3], token.mask(u32::MAX));
+        let rays = RayLanes { origin, direction, inverse, t_min };
+        let (hit, t) = iso_cell::<T, false>(token, all, &corners, low, &rays, t_max);
         assert!(hit.all() || !hit.any(), "the same ray in every lane");
+        let (any, _) = iso_cell::<T, true>(token, all, &corners, low, &rays, t_max);
+        assert_eq!(any.bits(), hit.bits(), "any hit, where there is a closest");
         hit.any().then(|| t.reduce_min())
     }
 }

@@ -37,10 +37,7 @@ impl Medium for Fog {
 impl Fog {
     fn shines(&self, transmittance: &[f32], radiance: [&mut [f32]; 3]) {
         for (radiance, color) in radiance.into_iter().zip(self.color.to_array()) {
-            radiance
-                .iter_mut()
-                .zip(transmittance)
-                .for_each(|(radiance, through)| *radiance = color * (1.0 - through));
+            radiance.iter_mut().zip(transmittance).for_each(|(radiance, through)| *radiance = color * (1.0 - through));
         }
     }
 

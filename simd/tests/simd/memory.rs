@@ -2,7 +2,7 @@
 //! in it and beyond, and that nothing outside is touched.
 
 use crate::levels::at_every_level;
-use mobula_simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
+use mobula_simd::{AnyToken, F32Lanes, I32Lanes, MaskLanes, Task, Token};
 
 /// Larger than two of the widest vectors and a tail.
 const MOST: usize = 37;
@@ -219,36 +219,37 @@ fn lookup(token: AnyToken) {
     token.twin().run(Lookups);
 }
 
-struct RowGathers;
+struct Rows;
 
-impl Task for RowGathers {
+impl Task for Rows {
     type Output = ();
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let rows: [[f32; 8]; 32] = std::array::from_fn(|i| std::array::from_fn(|k| f32::from_bits(element(8 * i + k))));
-        for turn in 0..64_u32 {
+        let table: [[f32; 8]; 64] = std::array::from_fn(|row| std::array::from_fn(|i| (8 * row + i) as f32));
+        let set = [0x8000_0001, 0x1234_5678, 0, 0xfedc_ba98_u32];
+        for turn in 0..500_u32 {
             let index: [u32; 16] =
-                std::array::from_fn(|lane| (lane as u32 * 7 + turn) ^ turn.wrapping_mul(0xdead_bee0));
-            let columns = token.gather_rows(&rows, token.load_u32(&index, 0));
-            for (k, column) in columns.into_iter().enumerate() {
-                let mut out = [0; 16];
-                column.to_bits().store(&mut out, 0);
-                for (lane, &got) in out[..T::LANES].iter().enumerate() {
-                    assert_eq!(
-                        got,
-                        element(index[lane] as usize % 32 * 8 + k),
-                        "lane {lane}, index {:#x}",
-                        index[lane]
-                    );
+                std::array::from_fn(|lane| (turn + 37 * lane as u32).wrapping_mul(0x9e37_79b1) >> (turn % 27));
+            let lanes = token.load_u32(&index, 0);
+            for (i, column) in token.gather_rows(&table, lanes).into_iter().enumerate() {
+                let mut out = [0.0; 16];
+                column.store(&mut out, 0);
+                for lane in 0..T::LANES {
+                    assert_eq!(out[lane], table[index[lane] as usize % 64][i], "lane {lane}, element {i}");
                 }
+            }
+            let bits = token.is_member(&set, lanes).bits();
+            for lane in 0..T::LANES {
+                let at = index[lane] % 128;
+                assert_eq!(bits >> lane & 1, set[at as usize / 32] >> (at % 32) & 1, "lane {lane}, member {at}");
             }
         }
     }
 }
 
-fn gather_rows(token: AnyToken) {
-    token.run(RowGathers);
-    token.twin().run(RowGathers);
+fn rows_and_sets(token: AnyToken) {
+    token.run(Rows);
+    token.twin().run(Rows);
 }
 
-at_every_level!(load, load_masked, store, store_masked, i32_store, i32_store_masked, gather, lookup, gather_rows);
+at_every_level!(rows_and_sets, lookup, load, load_masked, store, store_masked, i32_store, i32_store_masked, gather);

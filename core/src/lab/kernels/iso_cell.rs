@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use mobula_simd::{Scalar, Token};
 
 use crate::Rays;
+use crate::kernel::cell_walk::RayLanes;
 use crate::kernel::iso_cell::iso_cell;
 use crate::lab::Dice;
 use crate::lab::find::{RayTest, in_reach, ray_in_reach};
@@ -93,17 +94,8 @@ impl RayTest for IsoCell {
             inverse[axis] = inverse[axis] * cell.size;
         }
         let (t_min, t_max) = (token.load(&rays.t_min()[..], at), token.load(&rays.t_max[..], at));
-        iso_cell(
-            token,
-            token.mask(u32::MAX),
-            &cell.corners,
-            [token.splat(0.0); 3],
-            origin,
-            direction,
-            inverse,
-            t_min,
-            t_max,
-        )
+        let rays = RayLanes { origin, direction, inverse, t_min };
+        iso_cell::<T, false>(token, token.mask(u32::MAX), &cell.corners, [token.splat(0.0); 3], &rays, t_max)
     }
 
     fn truth(cell: &Cell, _i: usize, ray: &oracle::ExactRay) -> Option<(Truth, f64)> {

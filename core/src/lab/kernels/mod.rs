@@ -1,8 +1,7 @@
 //! The kernels of this crate, registered: every test that a walk makes, and what precedes it. Whole traversals, which are
 //! the most to compile, are registered by who measures them: [`traversals!`](crate::traversals).
-//!
-//! `iso_cell` is here before its walk: leaves of volumes will call it.
 
+pub mod iso_brick;
 pub mod iso_cell;
 pub mod medium;
 pub mod node;
@@ -14,6 +13,7 @@ pub mod triangle;
 use super::find::{ANY, CLOSEST, Find};
 use super::leaves::{COMMON_ORIGIN, Leaves, PACKET, PARALLEL, SINGLE, STREAM};
 use crate::leaf::{SphereBlock, TriangleBlock};
+use iso_brick::IsoBrick;
 use iso_cell::IsoCell;
 use medium::{Absorb, Classify, Sample};
 use node::{NodeDiverged, NodePacket, NodeSingle, NodeStream};
@@ -44,6 +44,12 @@ crate::kernels! {
     nearest_sample { general: Sample<true> }
     classify { general: Classify }
     absorb { general: Absorb }
+    iso_brick {
+        stream: IsoBrick<STREAM>,
+        single: IsoBrick<SINGLE>,
+        packet: IsoBrick<PACKET>,
+        packet_any: IsoBrick<PACKET, ANY>,
+    }
     node_packet { general: NodePacket<false>, common_origin: NodePacket<true> }
     node_diverged { general: NodeDiverged<false>, common_origin: NodeDiverged<true> }
     node_stream { general: NodeStream }
