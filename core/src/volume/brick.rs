@@ -1,5 +1,7 @@
 //! The samples of a brick as floats: what rays are tested against, whatever type the samples have.
 
+use mobula_simd::prefetch;
+
 use super::voxel::Voxel;
 
 // A row along x is as long as the vectors that single rays are tested with.
@@ -24,6 +26,19 @@ pub struct Brick {
 impl Brick {
     /// Zeros.
     pub const EMPTY: Self = Self { values: [0.0; ROOM], finite: true };
+
+    /// Asks for the memory of the rows of samples of a grid from sample `first` on, before they are read.
+    #[inline(always)]
+    pub fn prefetch<V: Voxel>(voxels: &[V], [nx, ny, nz]: [usize; 3], first: [usize; 3]) {
+        for k in 0..SIDES[2] {
+            for j in 0..SIDES[1] {
+                let (y, z) = ((first[1] + j).min(ny - 1), (first[2] + k).min(nz - 1));
+                if let Some(sample) = voxels.get((z * ny + y) * nx + first[0]) {
+                    prefetch(sample);
+                }
+            }
+        }
+    }
 
     /// Copies all rows of samples: see [`load_rows`](Self::load_rows).
     #[inline(always)]

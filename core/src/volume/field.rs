@@ -1,8 +1,6 @@
 //! A grid with its hierarchy, whatever type its samples have.
 
-use mobula_simd::prefetch;
-
-use super::brick::{Brick, CELLS, SIDES};
+use super::brick::{Brick, CELLS};
 use super::layout::Layout;
 use super::ranges::{NodeRanges, Ranges};
 use super::samples::BrickSamples;
@@ -47,16 +45,7 @@ impl<V: Voxel> Field for GridField<'_, V> {
     }
 
     fn prefetch(&self, at: [usize; 3]) {
-        let [nx, ny, nz] = self.layout.samples();
-        let start = at[0] * CELLS[0];
-        for k in 0..SIDES[2] {
-            for j in 0..SIDES[1] {
-                let (y, z) = ((at[1] * CELLS[1] + j).min(ny - 1), (at[2] * CELLS[2] + k).min(nz - 1));
-                if let Some(sample) = self.voxels.get((z * ny + y) * nx + start) {
-                    prefetch(sample);
-                }
-            }
-        }
+        Brick::prefetch(self.voxels, self.layout.samples(), [0, 1, 2].map(|axis| at[axis] * CELLS[axis]));
     }
 
     fn load(&self, at: [usize; 3], rows: u32, brick: &mut Brick) {

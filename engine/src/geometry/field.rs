@@ -124,9 +124,14 @@ impl core::Field for Field {
         self.ranges.of_children(&self.layout, level, at)
     }
 
-    fn load(&self, at: [usize; 3], brick: &mut Brick) {
+    fn prefetch(&self, at: [usize; 3]) {
         let first = [0, 1, 2].map(|axis| at[axis] * CELLS[axis]);
-        with_voxels!(self.grid.voxels(), |voxels| brick.load(voxels, self.grid.dims(), first));
+        with_voxels!(self.grid.voxels(), |voxels| Brick::prefetch(voxels, self.grid.dims(), first));
+    }
+
+    fn load(&self, at: [usize; 3], rows: u32, brick: &mut Brick) {
+        let first = [0, 1, 2].map(|axis| at[axis] * CELLS[axis]);
+        with_voxels!(self.grid.voxels(), |voxels| brick.load_rows(voxels, self.grid.dims(), first, rows));
     }
 
     fn samples(&self, at: [usize; 3], gradients: bool, out: &mut BrickSamples) {
