@@ -200,7 +200,7 @@ fn roots_are_those_of_the_cubic(token: AnyToken) {
         rays.push([from.to_array(), toward.to_array()]);
     }
     let found = token.run(Cells { corners: &corners, rays: &rays });
-    let (mut hits, mut worst, mut unsure) = (0, 0.0f64, 0);
+    let (mut hits, mut worst, mut missed) = (0, 0.0f64, 0);
     for ((corners, [origin, direction]), t) in corners.iter().zip(&rays).zip(found) {
         let (origin, direction) = (Vec3::from(*origin).as_dvec3(), Vec3::from(*direction).as_dvec3());
         let [d, c, b, a] = cubic(corners, origin, direction);
@@ -222,12 +222,12 @@ fn roots_are_those_of_the_cubic(token: AnyToken) {
         }
         // The end of a hit is rounded.
         if near < far && clear(near, end * (1.0 - 2e-7)) {
-            unsure += 1;
+            missed += 1;
         }
     }
     println!("{hits} hits, at most {worst} units from zero");
     assert!(hits > COUNT / 4 && worst <= BOUND, "{}: {worst}", token.level());
-    assert_eq!(unsure, 0, "{}: a crossing is missed", token.level());
+    assert_eq!(missed, 0, "{}: a crossing is missed", token.level());
 }
 
 /// Units in the last place of the greatest corner that a value may be off.
