@@ -5,7 +5,10 @@
 //! on a plane or on a row counts as below, and neighbours compute the ends of their segments from the same edge in the same order:
 //! a closed mesh has rows whose crossings come out even. Rows where they do not, at holes of a mesh, get a voxel's thickness
 //! around each crossing instead.
+//!
+//! Triangles of which another is the back are sheets: they have nothing inside, and get three quarters of a voxel on both sides.
 
+use std::collections::HashSet;
 use std::io;
 
 use mobula::math::{hash, unit};
@@ -90,7 +93,9 @@ pub fn voxelise(
 ) -> io::Result<Report> {
     let [nx, ny, nz] = place.dims;
     let cuts = settings.cuts.max(1);
-    let mut sweep = Sweep::new(mesh, place);
+    let (solid, sheets) = triangles(mesh, place);
+    let mut sweep = Sweep { triangles: solid, next: 0, active: Vec::new() };
+    let mut sheets = Sweep { triangles: sheets, next: 0, active: Vec::new() };
     let mut report = Report::default();
     let mut covered = vec![0.0f32; nx * ny];
     let mut voxels = vec![0u16; nx * ny];
@@ -107,6 +112,7 @@ pub fn voxelise(
                 report.odd += u64::from(fill(row, &mut covered[at..at + nx], 1.0 / (cuts * cuts) as f32));
             }
         }
+        sheets.splat(k as f64, [nx, ny], &mut covered);
         for (i, (voxel, &part)) in voxels.iter_mut().zip(&covered).enumerate() {
             report.inside += f64::from(part);
             let noise = settings.noise * noise([i % nx, i / nx, k], settings.seed);
@@ -126,35 +132,82 @@ struct Crossing {
     change: i32,
 }
 
-/// Triangles in units of voxels, those that are cut now among them.
+/// A triangle in units of voxels.
+type Triangle = [[f64; 3]; 3];
+
+/// The triangles with something inside, and one of each pair that is a sheet; both by their least z.
+fn triangles(mesh: &Triangles, place: &Place) -> (Vec<Triangle>, Vec<Triangle>) {
+    let voxel = |corner: [f32; 3]| [0, 1, 2].map(|axis| (f64::from(corner[axis]) - place.origin[axis]) / place.spacing);
+    // From the least corner on: the same for all that are turned the same way.
+    let key = |corners: [[f32; 3]; 3], turned: bool| {
+        let mut bits = corners.map(|corner| corner.map(|x| (x + 0.0).to_bits()));
+        if turned {
+            bits.swap(1, 2);
+        }
+        let least = (0..3).min_by_key(|&k| bits[k]).unwrap_or(0);
+        bits.rotate_left(least);
+        bits
+    };
+    let is_finite = |corners: &[[f32; 3]; 3]| corners.as_flattened().iter().all(|x| x.is_finite());
+    let all: Vec<_> = (0..mesh.indices.len()).map(|i| mesh.corners(i)).filter(is_finite).collect();
+    let fronts: HashSet<_> = all.iter().map(|&corners| key(corners, false)).collect();
+    let (mut solid, mut sheets) = (Vec::new(), Vec::new());
+    for &corners in &all {
+        let (front, back) = (key(corners, false), key(corners, true));
+        if !fronts.contains(&back) {
+            solid.push(corners.map(voxel));
+        } else if front < back {
+            sheets.push(corners.map(voxel));
+        }
+    }
+    for some in [&mut solid, &mut sheets] {
+        some.sort_by(|a, b| lowest(a).total_cmp(&lowest(b)));
+    }
+    (solid, sheets)
+}
+
+/// Triangles by their least z, those that are met now among them.
 struct Sweep {
-    /// By their least z.
-    triangles: Vec<[[f64; 3]; 3]>,
+    triangles: Vec<Triangle>,
     next: usize,
     active: Vec<usize>,
 }
 
 impl Sweep {
-    fn new(mesh: &Triangles, place: &Place) -> Self {
-        let voxel =
-            |corner: [f32; 3]| [0, 1, 2].map(|axis| (f64::from(corner[axis]) - place.origin[axis]) / place.spacing);
-        let is_finite = |triangle: &[[f64; 3]; 3]| triangle.as_flattened().iter().all(|x| x.is_finite());
-        let all = (0..mesh.indices.len()).map(|i| mesh.corners(i).map(voxel));
-        let mut triangles: Vec<_> = all.filter(is_finite).collect();
-        triangles.sort_by(|a, b| lowest(a).total_cmp(&lowest(b)));
-        Self { triangles, next: 0, active: Vec::new() }
+    /// Those from one z to another; both must be at least what they were before.
+    fn advance(&mut self, from: f64, to: f64) {
+        let Self { triangles, next, active } = self;
+        while triangles.get(*next).is_some_and(|triangle| lowest(triangle) <= to) {
+            active.push(*next);
+            *next += 1;
+        }
+        active.retain(|&i| triangles[i].iter().any(|corner| corner[2] > from));
+    }
+
+    /// Covers the voxels of a slice that are near triangles, by their distance.
+    fn splat(&mut self, z: f64, [nx, ny]: [usize; 2], covered: &mut [f32]) {
+        const REACH: f64 = 1.25;
+        self.advance(z - REACH, z + REACH);
+        for triangle in self.active.iter().map(|&i| &self.triangles[i]) {
+            let range = |axis: usize, count: usize| {
+                let ends = triangle.iter().map(|corner| corner[axis]);
+                let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+                ((low - REACH).ceil().max(0.0) as usize)..((high + REACH + 1.0).max(0.0) as usize).min(count)
+            };
+            for y in range(1, ny) {
+                for x in range(0, nx) {
+                    let part = (REACH - distance([x as f64, y as f64, z], triangle)).clamp(0.0, 1.0) as f32;
+                    let covered = &mut covered[y * nx + x];
+                    *covered = covered.max(part);
+                }
+            }
+        }
     }
 
     /// The crossings of `cuts` rows a voxel with the plane at z, which must be above the one before.
     fn cut(&mut self, z: f64, ny: usize, cuts: usize, crossings: &mut Vec<Crossing>) {
-        let Self { triangles, next, active } = self;
-        while triangles.get(*next).is_some_and(|triangle| lowest(triangle) <= z) {
-            active.push(*next);
-            *next += 1;
-        }
-        active.retain(|&i| triangles[i].iter().any(|corner| corner[2] > z));
-        for &i in &*active {
-            let corners = &triangles[i];
+        self.advance(z, z);
+        for corners in self.active.iter().map(|&i| &self.triangles[i]) {
             let (mut up, mut down) = (None, None);
             for (a, b) in [(0, 1), (1, 2), (2, 0)] {
                 match (corners[a][2] > z, corners[b][2] > z) {
@@ -178,7 +231,7 @@ impl Sweep {
     }
 }
 
-fn lowest(triangle: &[[f64; 3]; 3]) -> f64 {
+fn lowest(triangle: &Triangle) -> f64 {
     triangle.iter().fold(f64::INFINITY, |low, corner| low.min(corner[2]))
 }
 
@@ -186,6 +239,24 @@ fn lowest(triangle: &[[f64; 3]; 3]) -> f64 {
 fn on_edge(below: [f64; 3], above: [f64; 3], z: f64) -> [f64; 2] {
     let part = (z - below[2]) / (above[2] - below[2]);
     [0, 1].map(|axis| below[axis] + (above[axis] - below[axis]) * part)
+}
+
+/// How far a point is from a triangle: from its plane if it is above it, else from the nearest edge.
+fn distance(point: [f64; 3], triangle: &Triangle) -> f64 {
+    let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let normal = cross(sub(triangle[1], triangle[0]), sub(triangle[2], triangle[0]));
+    let (mut above, mut nearest) = (dot(normal, normal) > 0.0, f64::INFINITY);
+    for k in 0..3 {
+        let (edge, from) = (sub(triangle[(k + 1) % 3], triangle[k]), sub(point, triangle[k]));
+        above &= dot(cross(normal, edge), from) >= 0.0;
+        let part = (dot(edge, from) / dot(edge, edge).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let off = sub(from, edge.map(|x| part * x));
+        nearest = nearest.min(dot(off, off).sqrt());
+    }
+    if above { dot(normal, sub(point, triangle[0])).abs() / dot(normal, normal).sqrt() } else { nearest }
 }
 
 /// Adds what a row covers of voxels; says whether its crossings are odd.
@@ -351,6 +422,25 @@ mod tests {
             }
         }
         assert!((sum / 2560.0).abs() < 0.03, "off by {} in the mean", sum / 2560.0);
+    }
+
+    #[test]
+    fn sheets_have_a_thickness() {
+        let corners = [[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, 20.0, 0.0], [0.0, 20.0, 0.0]];
+        let mut sheet = Triangles { positions: corners.to_vec(), indices: vec![[0, 1, 2], [0, 2, 3]] };
+        sheet.indices.extend([[1, 0, 2], [0, 3, 2]]);
+        // Something that gives the grid its size.
+        sheet.positions.extend([[0.0, 0.0, 40.0], [1.0, 0.0, 40.0], [0.0, 1.0, 40.0], [0.0, 0.0, 39.0]]);
+        sheet.indices.extend([[4, 5, 6], [4, 6, 7], [4, 7, 5], [7, 6, 5]]);
+        let (place, found, report) = voxels(&sheet, SETTINGS);
+        assert_eq!(report.odd, 0);
+        let [nx, ny, nz] = place.dims;
+        let column: f64 =
+            (0..nz).map(|z| (f64::from(found[(z * ny + ny / 2) * nx + nx / 2]) - OUTSIDE) / (INSIDE - OUTSIDE)).sum();
+        assert!((1.49..1.51).contains(&column), "{column} voxels");
+        assert_eq!(distance([5.0, 5.0, 3.0], &[[0.0; 3], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]), 3.0);
+        assert_eq!(distance([-3.0, -4.0, 0.0], &[[0.0; 3], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]), 5.0);
+        assert_eq!(distance([5.0, -4.0, 3.0], &[[0.0; 3], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]), 5.0);
     }
 
     #[test]
