@@ -365,7 +365,7 @@ mod tests {
 
     fn volume(mesh: &Triangles) -> f64 {
         let corners = |i| mesh.corners(i).map(|corner| Vec3::from(corner).as_dvec3());
-        (0..mesh.indices.len()).map(|i| corners(i)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+        (0..mesh.indices.len()).map(corners).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
     }
 
     #[test]
