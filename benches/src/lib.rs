@@ -9,6 +9,7 @@
 //! | `embree` | Embree's (with the feature `embree`) |
 //! | [`others`] | those of further peers (with the feature `peers`) |
 //! | [`verdict`] | whether two peers found the same |
+//! | [`voxels`] | meshes as voxels |
 //! | [`kernels`] | the kernels of the lab and whole traversals |
 //! | [`report`] | tables and JSON |
 //! | [`clock`] | thread time, cycles, the machine |
@@ -23,6 +24,7 @@ pub mod report;
 pub mod scenes;
 pub mod secondary;
 pub mod verdict;
+pub mod voxels;
 
 mobula_core::traversals! { static TRAVERSALS; }
 

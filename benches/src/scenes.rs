@@ -252,7 +252,8 @@ impl Primitives {
         }
     }
 
-    fn of(scene: &SceneDescription) -> Self {
+    /// The triangles of a scene, or its spheres if there is none.
+    pub fn of(scene: &SceneDescription) -> Self {
         let (mut triangles, mut spheres) = (Triangles::default(), Vec::new());
         for geometry in &scene.geometry {
             if let Some(mesh) = geometry.downcast_ref() {

@@ -25,7 +25,9 @@ by its renderer `depth`, whose picture says s / (s + distance), s being the diag
 Pictures of `dvr` are compared as linear values from 0 to 1: VTK is given the linear colours of the transfer function and blends
 them, as Mobula does; Mobula's PNG is decoded from sRGB. Both have 8 bits a channel, so that equal pictures may differ by 1/500 where
 they are bright. Told are the mean and the 95th percentile of the absolute difference, over all channels of all pixels that are not
-black in both, and the greatest. VTK's PNG file is written as sRGB, for people.
+black in both, and the greatest. VTK's PNG file is written as sRGB, for people. What to expect: a march in double precision along the
+same rays with the same step (0.25 mm in a head, the functions `bone` and `skin`, unshaded) is 0.008 to 0.009 from VTK in the mean,
+0.02 at the 95th percentile, 0.001 in the signed mean: that is how exact VTK's fixed-point numbers are.
 
 Distances are compared where both have a hit, by the mean and the 95th percentile of the absolute difference in units of the file. The
 8 bits of our picture tell only some millimetres of a head apart: how many pixels are within half a byte is told, and the median of

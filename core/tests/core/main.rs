@@ -1,5 +1,6 @@
 //! The tests of this crate, in one binary: what they have in common is compiled once.
 
+mod analytic;
 mod bad_input;
 mod common;
 mod edges;

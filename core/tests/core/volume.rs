@@ -8,14 +8,14 @@ use mobula_core::sink::{OPAQUE, Opacity};
 use mobula_core::volume::{GridField, IsoTree, Layout, Ranges, Voxel};
 use mobula_core::{AnyHitPacket, NO_HIT, RayPacket, glam, traverse};
 
-struct Grid<V> {
+pub(crate) struct Grid<V> {
     voxels: Vec<V>,
     layout: Layout,
     ranges: Ranges<V>,
 }
 
 impl<V: Voxel> Grid<V> {
-    fn new(samples: [usize; 3], value: impl Fn([f32; 3]) -> V) -> Self {
+    pub(crate) fn new(samples: [usize; 3], value: impl Fn([f32; 3]) -> V) -> Self {
         let [nx, ny, nz] = samples;
         let at = |i: usize| value([i % nx, i / nx % ny, i / (nx * ny)].map(|x| x as f32));
         let voxels: Vec<V> = (0..nx * ny * nz).map(at).collect();
@@ -24,7 +24,7 @@ impl<V: Voxel> Grid<V> {
         Self { voxels, layout, ranges }
     }
 
-    fn field(&self) -> GridField<'_, V> {
+    pub(crate) fn field(&self) -> GridField<'_, V> {
         GridField { voxels: &self.voxels, layout: &self.layout, ranges: &self.ranges }
     }
 }
@@ -56,7 +56,7 @@ fn rays(count: usize, size: f32, seed: u32) -> [Vec<(Vec3, Vec3)>; 2] {
     [scattered.collect(), fan.collect()]
 }
 
-fn packet<const N: usize>(rays: &[(Vec3, Vec3)]) -> RayPacket<N> {
+pub(crate) fn packet<const N: usize>(rays: &[(Vec3, Vec3)]) -> RayPacket<N> {
     let mut packet = RayPacket::<N>::default();
     packet.reset(0..rays.len());
     rays.iter().enumerate().for_each(|(i, &(origin, direction))| packet.set_ray(i, origin, direction));

@@ -1,19 +1,13 @@
-//! No ray that starts inside a closed mesh leaves it unseen: not through an edge, not through a vertex, at any level and
-//! width, with common origin, without, and alone. Why: `kernel::triangle`.
-//!
-//! `MOBULA_WATERTIGHT_RAYS=10000000 cargo test --release -p mobula-tests --test watertight -- --nocapture` shoots as many at
-//! each level; by default it is a small share of that.
-
-#[path = "../../simd/tests/common/levels.rs"]
-mod levels;
+//! No ray that starts inside a closed mesh leaves it unseen. Why: `kernel::triangle`.
 
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::glam::Vec3;
 use mobula_core::leaf::TriangleBlock;
 use mobula_core::simd::AnyToken;
-use mobula_core::traverse::Paths;
-use mobula_core::{AnyHitPacket, RayPacket};
 use mobula_tests::mesh::Mesh;
+
+use crate::levels;
+use crate::shoot::{Count, Random};
 
 /// Where the rays of a packet start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,23 +25,6 @@ enum From {
 }
 
 const FROM: [From; 5] = [From::Middle, From::OnePoint, From::Nearby, From::Skin, From::Outside];
-
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.unit() * n as f32) as usize % n
-    }
-
-    fn signed(&mut self) -> Vec3 {
-        Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-}
 
 struct Scene {
     name: &'static str,
@@ -132,79 +109,40 @@ impl Scene {
     }
 }
 
-#[derive(Debug, Default)]
-struct Count {
-    rays: u64,
-    missed: u64,
-    paths: Paths,
-    first: Option<String>,
-}
-
-impl Count {
-    fn shoot<const N: usize>(
-        &mut self,
-        token: AnyToken,
-        scene: &Scene,
-        from: From,
-        coherent: bool,
-        random: &mut Random,
-    ) {
-        let rays = scene.rays::<N>(from, coherent, random);
-        let mut packet = RayPacket::<N>::default();
-        packet.reset(0..N);
-        for (i, &(origin, direction)) in rays.iter().enumerate() {
-            packet.set_ray(i, origin, direction);
-        }
-        if matches!(from, From::Middle | From::OnePoint) {
-            packet.set_common_origin(rays[0].0);
-        }
-        self.paths += scene.bvh.intersect(token, &mut packet);
-        let mut shadow = (N == 64).then(AnyHitPacket::<N>::default);
-        if let Some(shadow) = &mut shadow {
-            shadow.reset(0..N);
-            for (i, &(origin, direction)) in rays.iter().enumerate() {
-                shadow.set_ray(i, origin, direction);
-            }
-            scene.bvh.occlude(token, shadow);
-        }
-        for (i, ray) in rays.iter().enumerate() {
-            self.rays += 1;
-            if !packet.was_hit(i) || shadow.as_ref().is_some_and(|shadow| !shadow.occluded(i)) {
-                self.missed += 1;
-                let found = packet.was_hit(i);
-                let name = scene.name;
-                self.first.get_or_insert_with(|| format!("{name}, width {N}, {from:?}, closest hit {found}: {ray:?}"));
-            }
-        }
-    }
+fn shoot<const N: usize>(
+    count: &mut Count,
+    token: AnyToken,
+    scene: &Scene,
+    from: From,
+    coherent: bool,
+    random: &mut Random,
+) {
+    let rays = scene.rays::<N>(from, coherent, random);
+    count.shoot::<_, N>(token, &scene.bvh, &rays, f32::INFINITY, || format!("{}, {from:?}", scene.name));
 }
 
 fn none_is_missed(token: AnyToken) {
-    let wanted = std::env::var("MOBULA_WATERTIGHT_RAYS").ok().and_then(|n| n.parse().ok()).unwrap_or(60_000u64);
     let scenes = Scene::all();
     let mut count = Count::default();
     let mut random = Random(23);
-    while count.rays < wanted {
+    while count.rays < Count::wanted() {
         for scene in &scenes {
             for from in FROM {
                 if from == From::Skin && !scene.has_skin() {
                     continue;
                 }
                 for coherent in [true, false] {
-                    count.shoot::<64>(token, scene, from, coherent, &mut random);
-                    count.shoot::<16>(token, scene, from, coherent, &mut random);
-                    count.shoot::<300>(token, scene, from, coherent, &mut random);
+                    shoot::<64>(&mut count, token, scene, from, coherent, &mut random);
+                    shoot::<16>(&mut count, token, scene, from, coherent, &mut random);
+                    shoot::<300>(&mut count, token, scene, from, coherent, &mut random);
                     for _ in 0..8 {
-                        count.shoot::<1>(token, scene, from, coherent, &mut random);
+                        shoot::<1>(&mut count, token, scene, from, coherent, &mut random);
                     }
                 }
             }
         }
     }
-    println!("{token:?}: {} rays, {} missed; {:?}", count.rays, count.missed, count.paths);
-    assert_eq!(count.missed, 0, "{token:?}: of {} rays; {:?}", count.rays, count.first);
-    let Paths { common_origin, general, single } = count.paths;
-    assert!(common_origin > 0 && general > 0 && single > 0, "{:?}", count.paths);
+    count.check(token);
 }
 
 levels::at_every_level!(none_is_missed);
