@@ -3,20 +3,21 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use mobula::accel::AccelerationKind;
 use mobula::app::{self, Settings, State};
 use mobula::background::Constant;
 use mobula::camera::{CameraKind, Orthographic, View};
-use mobula::geometry::{Geometries, Geometry, Mesh, Spheres};
+use mobula::geometry::{Field, Geometries, Geometry, Mesh, Series, Spheres};
 use mobula::image::Size;
 use mobula::light::{Directional, Hemisphere, Point};
 use mobula::material::{Flat, Lambertian, Phong};
-use mobula::medium::Fog;
+use mobula::medium::{Fog, Volume};
 use mobula::pipeline::Pipeline;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::scene::SceneDescription;
+use mobula::volume::{Grid, GridPlace, Preset};
 
 const VIEW: View = View { eye: Vec3::new(1.0, 4.0, 6.0), at: Vec3::ZERO, up: Vec3::Y, fov: 45.0 };
 
@@ -37,7 +38,23 @@ fn description() -> SceneDescription {
     scene.add_material("pane", Phong::default());
     scene.add_material("ball", Flat { color: Vec3::X });
     scene.add_light(Directional { direction: Vec3::new(0.3, 1.0, 0.2), color: Vec3::ONE });
+    scene.media.push(Arc::new(volume()));
     scene
+}
+
+/// Waves of values from 0 to 222 that move from step to step, over the floor.
+fn volume() -> Volume {
+    let field = |step: usize| {
+        let wave = |i: usize| (i * 37 + 50 * step) % 223;
+        let place = GridPlace { origin: DVec3::new(-1.0, 0.2, -1.0), ..GridPlace::with_spacing([0.25; 3]) };
+        let voxels: Vec<u8> = (0..729).map(|i| wave(i / 9) as u8).collect();
+        Arc::new(Field::new(Arc::new(Grid::new([9; 3], voxels.into(), place, [1.0, 0.0]).unwrap())).unwrap())
+    };
+    let series = Series::new((0..2).map(field).collect());
+    let function = Arc::new(Preset::Bone.function(series.range()));
+    let mut volume = Volume::new("waves", series, function);
+    volume.lit = true;
+    volume
 }
 
 fn settings() -> Settings {
@@ -128,6 +145,23 @@ const CHANGES: &[Change] = &[
         name: "a medium",
         make: |state| state.stack.scene.media = vec![Arc::new(Fog::new(0.1))],
         describe: |scene, _| scene.media = vec![Arc::new(Fog::new(0.1))],
+    },
+    Change {
+        name: "level and width of a volume, and another step of time",
+        make: |state| {
+            state.set_window([120.0, 100.0]);
+            state.set_step(1);
+        },
+        describe: |scene, _| scene.media = vec![Arc::new(volume().with_window([120.0, 100.0]).at(1))],
+    },
+    Change {
+        name: "a transfer function",
+        make: |state| state.set_transfer(|range| Preset::Viridis.function(range), false),
+        describe: |scene, _| {
+            let mut shown = volume().with_function(Arc::new(Preset::Viridis.function(volume().series().range())));
+            shown.lit = false;
+            scene.media = vec![Arc::new(shown)];
+        },
     },
     Change {
         name: "no shadows",

@@ -140,3 +140,82 @@ fn broken_volumes_are_1_and_one_line() {
         }
     }
 }
+
+/// A ball that is brighter inside.
+fn ball() -> Vec<u8> {
+    let value = |i: i32| {
+        let [x, y, z] = [i % 17 - 8, i / 17 % 17 - 8, i / 289 - 8];
+        (200 - 3 * (x * x + y * y + z * z)).max(0) as u8
+    };
+    nrrd("17 17 17", "", &(0..17 * 17 * 17).map(value).collect::<Vec<_>>())
+}
+
+#[test]
+fn volumes_are_shown_as_media() {
+    let folder = Folder::new("volume-media");
+    folder.write("ball.nrrd", ball());
+    folder.write("own.txt", "mobula transfer 1\n0 1 0 0 0\n100 1 0 0 0\n120 1 0.9 0.5 2\n");
+    folder.write(
+        "maps.json",
+        r#"[{"Name": "x", "RGBPoints": [0, 0, 0, 1, 200, 1, 0, 0], "Points": [0, 0, 0.5, 0, 200, 0.3, 0.5, 0]}]"#,
+    );
+    folder.write("pyramid.obj", PYRAMID);
+    let mut seen = Vec::new();
+    for options in [
+        &["--transfer", "fire"][..],
+        &["--transfer", "FIRE", "--shading", "on"],
+        &["--transfer", "fire", "--window", "-20,90"],
+        &["--transfer", "fire", "--cut", "-1,0,0,-9"],
+        &["--transfer", "fire", "--iso", "150"],
+        &["--transfer", "fire", "--volume-origin", "-8,-8,-8", "pyramid.obj"],
+        &["--transfer", "labels"],
+        &["--transfer", "bone"],
+        &["--transfer", "own.txt"],
+        &["--transfer", "maps.json"],
+        &["--iso", "150"],
+    ] {
+        let how = ["--size", "60x40", "--samples", "1", "--json", "-o", "out.png"];
+        let done = folder.run(&[&["render", "ball.nrrd"], options, &how[..]].concat());
+        assert_eq!(done.code, Some(0), "{options:?}: {done:?}");
+        let object: serde_json::Value = serde_json::from_str(&done.out).unwrap();
+        assert_eq!(object["media"], usize::from(options[0] == "--transfer"), "{options:?}");
+        let picture = support::picture(&folder.0.join("out.png"));
+        assert!(!seen.contains(&picture), "{options:?} is as one before");
+        seen.push(picture);
+    }
+    // Short steps come to nearly the same.
+    let pictures = ["0.5", "0.125"].map(|cells| {
+        let how = ["--step-length", cells, "--size", "60x40", "--samples", "1", "-o", "step.png"];
+        let done = folder.run(&[&["render", "ball.nrrd", "--transfer", "viridis"], &how[..]].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        support::picture(&folder.0.join("step.png")).2
+    });
+    let worst = pictures[0].iter().zip(&pictures[1]).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(worst <= Some(2), "{worst:?}");
+}
+
+#[test]
+fn what_is_wrong_with_options_of_media_is_told() {
+    let folder = Folder::new("volume-media-wrong");
+    folder.write("ball.nrrd", ball());
+    folder.write("bad.txt", "mobula transfer 1\n5 1 0 0 0\n4 1 0 0 1\n");
+    for (options, code, expected) in [
+        (
+            &["--transfer", "bones"][..],
+            2,
+            "neither a transfer function of this name nor such a file; there are bone, skin,",
+        ),
+        (&["--transfer", "bad.txt"], 1, "bad.txt:3: "),
+        (&["--transfer", "ball.nrrd"], 1, "ball.nrrd"),
+        (&["--window", "1,2"], 2, "--transfer"),
+        (&["--transfer", "bone", "--window", "1"], 2, "two numbers with a comma"),
+        (&["--transfer", "bone", "--window", "1,0"], 2, "the second above 0"),
+        (&["--transfer", "bone", "--step-length", "0"], 2, "from 0.03125 to 16"),
+        (&["--transfer", "bone", "--step", "1"], 2, "there is no step 1"),
+        (&["--volume-origin", "1,2"], 2, "three numbers"),
+    ] {
+        let done = folder.run(&[&["render", "ball.nrrd", "--size", "8x8"], options].concat());
+        assert_eq!((done.code, done.out.as_str()), (Some(code), ""), "{options:?}: {done:?}");
+        assert!(done.err.contains(expected), "{options:?}: {}", done.err);
+    }
+}

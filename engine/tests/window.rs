@@ -71,6 +71,11 @@ impl Session {
             (200 - 4 * (x * x + y * y + z * z)).max(0) as u8
         });
         folder.write("ball.nrrd", header.bytes().chain(ball).collect::<Vec<u8>>());
+        for step in 0..3 {
+            let header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n";
+            let plane = (0..729).map(|i| if i / 81 > 2 * step { 200 } else { 20_u8 });
+            folder.write(&format!("time{step}.nrrd"), header.bytes().chain(plane).collect::<Vec<u8>>());
+        }
         let mut command = folder.mobula(&[&["view"], options].concat());
         let mut viewer = Owned(command.env("DISPLAY", &display).stderr(Stdio::piped()).spawn().unwrap());
         let said = Arc::<Mutex<Vec<String>>>::default();
@@ -266,6 +271,48 @@ fn iso_values_are_changed_by_keys() {
     }
     let larger = session.screenshot(2);
     assert!(larger != smaller, "the value changes nothing");
+    session.xdotool("key Escape");
+    assert_eq!(session.end(), Some(0));
+}
+
+#[test]
+fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
+    let Some((_server, name)) = display() else { return };
+    let mut session = Session::show(name, "time", &["time*.nrrd", "--size", "160x120", "--transfer", "viridis"]);
+    session.wait_title("time* | 160x120 |");
+    session.xdotool(&format!("windowfocus --sync {}", session.window));
+    wait("another step", || {
+        session.xdotool("key Right");
+        session.title().contains(", step 2 of 3")
+    });
+    let last = session.screenshot(1);
+    session.xdotool("key Left");
+    session.wait_title(", step 1 of 3");
+    assert!(session.screenshot(2) != last, "the step changes nothing");
+    session.xdotool("key space");
+    session.wait_title(" a second");
+    for step in [0, 2] {
+        session.wait_title(&format!(", step {step} of 3"));
+    }
+    session.xdotool("key space");
+    wait("rest", || !session.title().contains(" a second"));
+    let before = session.screenshot(3);
+    let window = |title: &str| title.split(", level ").nth(1).map(|rest| rest.split(" |").next().unwrap().to_owned());
+    let first = window(&session.title());
+    session.xdotool("key bracketright");
+    wait("another level", || window(&session.title()) != first);
+    assert!(session.screenshot(4) != before, "the level changes nothing");
+    let second = window(&session.title());
+    session.xdotool("mousemove 60 60 keydown ctrl mousedown 1 mousemove --sync 100 40 mouseup 1 keyup ctrl");
+    wait("another width", || window(&session.title()) != second);
+    session.xdotool("key t");
+    session.wait_title(", bone, level");
+    session.screenshot(5);
+
+    // The line that tells of a screenshot makes the same picture.
+    let line = session.said.lock().unwrap().iter().rev().find(|line| line.contains("mobula-0005.png")).cloned();
+    let line = line.expect("screenshots are told");
+    assert!(line.contains(" --transfer bone") && line.contains(" --step "), "{line}");
     session.xdotool("key Escape");
     assert_eq!(session.end(), Some(0));
 }

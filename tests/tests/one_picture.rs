@@ -4,17 +4,19 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec3;
 use mobula::accel::AccelerationKind;
 use mobula::app::{PacketWidth, Settings, pipeline};
 use mobula::background::BackgroundKind;
 use mobula::balance::BalancerKind;
 use mobula::camera::CameraKind;
-use mobula::geometry::KINDS;
+use mobula::geometry::{Field, KINDS, Series};
 use mobula::image::Size;
 use mobula::light::LightKind;
 use mobula::material::{MaterialKind, NamedMaterial};
-use mobula::medium::Fog;
+use mobula::medium::{Fog, Volume};
 use mobula::scene::SceneDescription;
+use mobula::volume::{Grid, GridPlace, Preset};
 use mobula_simd::AnyToken;
 
 const THREADS: [usize; 4] = [1, 2, 3, 7];
@@ -84,6 +86,32 @@ fn one_picture_in_fog() {
     let mut scene = mobula::builtin::scene();
     scene.media = vec![Arc::new(Fog::new(0.06))];
     Case::new(scene, (53, 31)).check(false);
+}
+
+/// A volume around the middle of the built-in scene.
+fn volume(preset: Preset, lit: bool, high: f64) -> Volume {
+    let value = |i: usize| {
+        let p = [i % 23, i / 23 % 17, i / 391].map(|x| x as f64 / 8.0);
+        (100.0 + 60.0 * (2.1 * p[0]).sin() + 60.0 * (3.3 * p[1] + p[0]).cos() + 30.0 * (5.0 * p[2]).sin()) as u8
+    };
+    let voxels: Vec<u8> = (0..23 * 17 * 11).map(value).collect();
+    let place = GridPlace { origin: DVec3::new(-2.0, high, -1.5), ..GridPlace::with_spacing([0.2, 0.15, 0.3]) };
+    let grid = Grid::new([23, 17, 11], voxels.into(), place, [1.0, 0.0]).unwrap();
+    let series = Series::new(vec![Arc::new(Field::new(Arc::new(grid)).unwrap())]);
+    let mut volume = Volume::new("waves", series, Arc::new(preset.function([0.0, 255.0])));
+    volume.lit = lit;
+    volume
+}
+
+#[test]
+fn one_picture_of_volumes_among_other_things() {
+    let mut scene = mobula::builtin::scene();
+    scene.media = vec![Arc::new(volume(Preset::Bone, true, 0.2))];
+    Case::new(scene.clone(), (53, 31)).check(false);
+    // Two that overlap, and fog around them.
+    scene.media.push(Arc::new(volume(Preset::Viridis, false, 1.0)));
+    scene.media.push(Arc::new(Fog::new(0.06)));
+    Case::new(scene, (37, 23)).check(false);
 }
 
 /// Every kind of geometry with every material, under every light, before every background, seen by every camera.

@@ -8,7 +8,7 @@ use super::voxel::Voxel;
 pub use crate::kernel::trilinear::CELLS;
 
 /// Samples along each axis: those on the far faces too, which neighbours share.
-pub(super) const SIDES: [usize; 3] = [CELLS[0] + 1, CELLS[1] + 1, CELLS[2] + 1];
+pub(super) use crate::kernel::trilinear::SAMPLES as SIDES;
 /// Rows of samples, all of them: see [`Brick::load_rows`].
 pub(super) const ALL_ROWS: u32 = (1 << (SIDES[1] * SIDES[2])) - 1;
 /// Samples, and room for the last row to be read in vectors.

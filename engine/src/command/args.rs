@@ -181,7 +181,7 @@ pub(crate) struct SceneOptions {
 #[derive(Args, Clone, Debug)]
 pub(crate) struct VolumeOptions {
     /// Values of iso-surfaces [default: one that parts what is dark from what is bright]
-    #[arg(long, help_heading = "Volumes", value_name = "V[,V...]", value_delimiter = ',', value_parser = finite)]
+    #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "V[,V...]", value_delimiter = ',', value_parser = finite)]
     pub(crate) iso: Vec<f64>,
 
     #[arg(long, help_heading = "Volumes", value_name = "NAME|FILE", value_parser = transfer, help = format!(
@@ -192,7 +192,7 @@ pub(crate) struct VolumeOptions {
     pub(crate) transfer: Vec<Transfer>,
 
     /// The values that the transfer function is for: their middle, and how wide they are [default: as the function says]
-    #[arg(long, help_heading = "Volumes", value_name = "LEVEL,WIDTH", requires = "transfer", value_parser = window)]
+    #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "LEVEL,WIDTH", requires = "transfer", value_parser = window)]
     pub(crate) window: Option<Window>,
 
     /// Are media of volumes lit by the lights, as surfaces are, or do they glow? [default: lit are bone, skin, muscle and labels]
@@ -203,12 +203,16 @@ pub(crate) struct VolumeOptions {
     #[arg(long, help_heading = "Volumes", value_name = "CELLS", default_value_t = DEFAULT_STEP, value_parser = step_length)]
     pub(crate) step_length: f32,
 
+    /// Where the first sample of volumes is [default: as files say]
+    #[arg(long, help_heading = "Volumes", value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub(crate) volume_origin: Option<Point>,
+
     /// How much light gets through each iso-surface, from 0 to 1; the last number is for all further ones
     #[arg(long, help_heading = "Volumes", value_name = "A[,A...]", value_delimiter = ',', value_parser = part)]
     pub(crate) transparent: Vec<f32>,
 
     /// Leaves out of volumes what lies where X x + Y y + Z z > D; may be given several times
-    #[arg(long, help_heading = "Volumes", value_name = "X,Y,Z,D", value_parser = plane)]
+    #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "X,Y,Z,D", value_parser = plane)]
     pub(crate) cut: Vec<Plane>,
 
     /// Step of time, from 0
@@ -279,8 +283,8 @@ impl SceneOptions {
         option("background", self.background.as_ref().map(|given| given.words.clone()));
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
         // Those that a viewer can change are its own to tell.
-        let VolumeOptions { iso: _, transfer: _, window: _, step: _, transparent, cut, shading, step_length } =
-            &self.volumes;
+        let VolumeOptions { transparent, cut, shading, step_length, volume_origin, .. } = &self.volumes;
+        option("volume-origin", volume_origin.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
         let shading = shading.to_possible_value().filter(|_| *shading != Shading::Auto);
         option("shading", shading.map(|value| value.get_name().to_owned()));
         option("step-length", (*step_length != DEFAULT_STEP).then(|| step_length.to_string()));

@@ -211,7 +211,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
     let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, options.raw.raw())?;
-    shown::show(&mut scene, &options.volumes, on_demand)?;
+    shown::show(&mut scene, &options.volumes, &place, on_demand)?;
     scene.up = options.up.0.or(scene.up);
     if let Some(fog) = &options.fog {
         scene.media.push(Arc::new(fog.value));

@@ -2,19 +2,19 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use mobula::camera::Up;
 use mobula::geometry::{Field, IsoSurfaces, Series};
-use mobula::load::{load_transfer, printable};
+use mobula::load::{Place, load_transfer, printable};
 use mobula::material::Phong;
 use mobula::medium::{self, Between};
 use mobula::scene::SceneDescription;
-use mobula::volume::{Preset, Statistics, TransferFunction, Volume};
+use mobula::volume::{Grid, Preset, Statistics, TransferFunction, Volume};
 
 use super::args::VolumeOptions;
 use super::failure::Failure;
 use super::tell;
-use super::values::{Plane, Shading, Transfer};
+use super::values::{Plane, Point, Shading, Transfer};
 
 /// Colours of iso-surfaces, in the order of their values: bone, skin, and others that are told apart from these.
 const COLORS: [[f32; 3]; 6] = [
@@ -28,19 +28,28 @@ const COLORS: [[f32; 3]; 6] = [
 
 /// Adds to a scene what its volumes are shown as. With `all_steps` those may be changed to other steps of time; else there is only the
 /// one that was asked for.
-pub(crate) fn show(scene: &mut SceneDescription, options: &VolumeOptions, all_steps: bool) -> Result<(), Failure> {
+pub(crate) fn show(
+    scene: &mut SceneDescription,
+    options: &VolumeOptions,
+    place: &Place,
+    all_steps: bool,
+) -> Result<(), Failure> {
+    let cuts: Vec<[f64; 4]> = options.cut.iter().map(|cut| put(cut, place)).collect();
     if scene.geometry.is_empty() && !scene.volumes.is_empty() {
         // As scanners, weather and the ground have it.
         scene.up = scene.up.or(Some(Up::Z));
     }
-    for (number, volume) in std::mem::take(&mut scene.volumes).into_iter().enumerate() {
+    for (number, mut volume) in std::mem::take(&mut scene.volumes).into_iter().enumerate() {
+        if let Some(Point(origin)) = options.volume_origin {
+            volume = moved_to(volume, place.put(origin))?;
+        }
         let series = series(&volume, options.step, all_steps)?;
         let transfer = options.transfer.get(number).or(options.transfer.last());
         if let Some(transfer) = transfer {
-            add_medium(scene, &volume, &series, transfer, options)?;
+            add_medium(scene, &volume, &series, transfer, options, &cuts)?;
         }
         if transfer.is_none() || !options.iso.is_empty() {
-            add_surfaces(scene, &volume, series, options)?;
+            add_surfaces(scene, &volume, series, options, &cuts)?;
         }
         scene.volumes.push(volume);
     }
@@ -71,6 +80,7 @@ fn add_medium(
     series: &Series,
     transfer: &Transfer,
     options: &VolumeOptions,
+    cuts: &[[f64; 4]],
 ) -> Result<(), Failure> {
     let (range, labels) = (series.range(), matches!(transfer, Transfer::Labels));
     let function = match transfer {
@@ -94,7 +104,7 @@ fn add_medium(
     if let Some(window) = options.window {
         shown = shown.with_window(window.0);
     }
-    (shown.lit, shown.step, shown.cuts) = (lit, options.step_length, cuts(&options.cut));
+    (shown.lit, shown.step, shown.cuts) = (lit, options.step_length, cuts.to_vec());
     shown.between = if labels { Between::Nearest } else { Between::Linear };
     scene.media.push(Arc::new(shown));
     Ok(())
@@ -122,8 +132,20 @@ fn labels_of(volume: &Volume, [low, high]: [f64; 2]) -> Result<TransferFunction,
     TransferFunction::labels("labels", labels).map_err(|error| Failure::Output(format!("{name}: {error}")))
 }
 
-fn cuts(cuts: &[Plane]) -> Vec<[f64; 4]> {
-    cuts.iter().map(|cut| cut.0).collect()
+/// A plane where files were put.
+fn put(&Plane([a, b, c, d]): &Plane, place: &Place) -> [f64; 4] {
+    let [x, y, z] = place.offset;
+    [a, b, c, (d - a * x - b * y - c * z) * place.scale]
+}
+
+/// A volume with its first sample elsewhere.
+fn moved_to(volume: Volume, origin: [f32; 3]) -> Result<Volume, Failure> {
+    let to = |grid: Arc<Grid>| {
+        let moved = Arc::unwrap_or_clone(grid).moved_to(DVec3::from(origin.map(f64::from)));
+        moved.map(Arc::new).map_err(|error| Failure::Usage(format!("--volume-origin: {error}")))
+    };
+    let steps: Result<_, _> = volume.steps.into_iter().map(to).collect();
+    Ok(Volume { steps: steps?, ..volume })
 }
 
 fn add_surfaces(
@@ -131,6 +153,7 @@ fn add_surfaces(
     volume: &Volume,
     series: Series,
     options: &VolumeOptions,
+    cuts: &[[f64; 4]],
 ) -> Result<(), Failure> {
     let name = printable(&volume.name);
     let mut values = options.iso.clone();
@@ -159,7 +182,7 @@ fn add_surfaces(
         scene.add_material(name, phong)
     });
     let materials = materials.collect();
-    scene.add(IsoSurfaces { name: volume.name.clone(), series, values, materials, cuts: cuts(&options.cut) });
+    scene.add(IsoSurfaces { name: volume.name.clone(), series, values, materials, cuts: cuts.to_vec() });
     Ok(())
 }
 

@@ -96,6 +96,15 @@ impl Grid {
         Ok(Self { dims, voxels, place, scale })
     }
 
+    /// The same grid with its first sample elsewhere.
+    ///
+    /// # Errors
+    /// If that is no point.
+    pub fn moved_to(self, origin: DVec3) -> Result<Self, GridError> {
+        let place = GridPlace { origin, ..self.place };
+        if origin.is_finite() { Ok(Self { place, ..self }) } else { Err(GridError::Place) }
+    }
+
     /// Samples along each index.
     pub fn dims(&self) -> [usize; 3] {
         self.dims
