@@ -165,10 +165,11 @@ impl TransferFunction {
                 // Rounded values of a wide range might fall.
                 Scale::Relative => range[0] * (1.0 - point.value) + range[1] * point.value,
             };
-            least = value.clamp(least, f64::MAX);
+            // NaN, from a range or values out of all proportion, changes nothing.
+            least = if value > least { value.min(f64::MAX) } else { least };
             let extinction = match self.lengths {
                 Scale::Absolute => point.extinction,
-                Scale::Relative => (point.extinction / longest_side).clamp(0.0, f64::MAX),
+                Scale::Relative => (point.extinction / longest_side).min(f64::MAX),
             };
             TransferPoint { value: least, extinction, ..*point }
         };
@@ -275,6 +276,8 @@ mod tests {
         assert_eq!(values(&function, [7.0, 7.0]), [7.0; 3]);
         let wide = values(&function, [-f64::MAX, f64::MAX]);
         assert!(wide[0] == -f64::MAX && wide[1] < -f64::MAX / 2.01 && wide[2] == f64::MAX, "{wide:?}");
+        function.points[2].value = 1e300;
+        assert!(function.resolve([1e10, 2e10], 1.0).is_sorted_by(|a, b| a.value <= b.value));
         function.lengths = Scale::Relative;
         let extinctions: Vec<_> = function.resolve([0.0, 1.0], 4.0).iter().map(|point| point.extinction).collect();
         assert_eq!(extinctions, [0.0, 0.75, 1.25]);

@@ -74,6 +74,10 @@ fn parse(file: &Path, bytes: &[u8]) -> Result<TransferFunction, LoadError> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+    use proptest::sample::Index;
+
     use super::*;
 
     #[test]
@@ -87,6 +91,41 @@ mod tests {
             error(b"# .PCD v.7\n"),
             format!("a.txt:1: this is no transfer function that Mobula knows; {REMEDY}")
         );
+    }
+
+    const SEEDS: [&str; 3] = [
+        "mobula transfer 1\nvalues relative # of it\nlengths relative\n0.2 1 0.5 0.2 0\n0.2 1e-1 1 .5 3.5\n0.7 0 0 0 1e3\n",
+        r#"[{"Name": "x", "ColorSpace": "Diverging", "RGBPoints": [-1, 0.2, 0.3, 0.7, 0, 0.8, 0.8, 0.8, 1, 0.7, 0, 0.1],
+            "Points": [0, 0, 0.5, 0, 0.3, 0.5, 0.2, 0.7, 1, 1, 0.5, 1]}]"#,
+        r#"{"Annotations": ["0", "a", "3", "b", "3.2", "c"], "IndexedColors": [1, 1, 1, 0.5, 0, 0], "HSVWrap": 1}"#,
+    ];
+    const PARTS: [&str; 16] = [
+        "-", "1e308", "1e-320", "0", "1", ", ", "[", "]", "{", "\n", "nan", "\"HSV\"", "\"Lab\"", "\"Step\"", "Points",
+        "1e999",
+    ];
+
+    proptest! {
+        /// What is damaged is an error or a sound function.
+        #[test]
+        fn damaged_files_do_no_harm(seed in 0..3_usize, edits in vec((any::<Index>(), 0..6_usize, 0..16_usize), 0..5)) {
+            let mut bytes = SEEDS[seed].as_bytes().to_vec();
+            for (at, length, part) in edits {
+                let at = at.index(bytes.len() + 1);
+                let end = (at + length).min(bytes.len());
+                bytes.splice(at..end, PARTS[part].bytes());
+            }
+            match parse(Path::new("a"), &bytes) {
+                Ok(TransferFunction { name, points, values, lengths }) => {
+                    let again = TransferFunction::new(name, points, values, lengths).unwrap();
+                    for range in [[-1000.0, 1500.0], [f64::MIN, f64::MAX]] {
+                        let points = again.resolve(range, 0.5);
+                        prop_assert!(points.is_sorted_by(|a, b| a.value <= b.value));
+                        prop_assert!(points.iter().all(|point| (0.0..=f64::MAX).contains(&point.extinction)));
+                    }
+                }
+                Err(error) => prop_assert!(!error.to_string().contains('\n')),
+            }
+        }
     }
 
     #[test]
