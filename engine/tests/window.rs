@@ -281,10 +281,16 @@ fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
     let mut session = Session::show(name, "time", &["time*.nrrd", "--size", "160x120", "--transfer", "viridis"]);
     session.wait_title("time* | 160x120 |");
     session.xdotool(&format!("windowfocus --sync {}", session.window));
-    wait("another step", || {
-        session.xdotool("key Right");
-        session.title().contains(", step 2 of 3")
+    let lines = || session.said.lock().unwrap().len();
+    let before = lines();
+    wait("help", || {
+        session.xdotool("key h");
+        lines() > before
     });
+    for step in [1, 2] {
+        session.xdotool("key Right");
+        session.wait_title(&format!(", step {step} of 3"));
+    }
     let last = session.screenshot(1);
     session.xdotool("key Left");
     session.wait_title(", step 1 of 3");
