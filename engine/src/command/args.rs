@@ -174,6 +174,10 @@ pub(crate) struct SceneOptions {
     #[arg(long, action = ArgAction::SetTrue)]
     pub(crate) no_shadows: bool,
 
+    /// Where the only light is [default: the lights of the scene, or one to the upper left of its own view]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub(crate) light: Option<Point>,
+
     #[command(flatten)]
     pub(crate) volumes: VolumeOptions,
 }
@@ -282,6 +286,7 @@ impl SceneOptions {
         option("up", self.up.0.map(|up| if up == Up::Y { "y" } else { "z" }.to_owned()));
         option("background", self.background.as_ref().map(|given| given.words.clone()));
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
+        option("light", self.light.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
         // Those that a viewer can change are its own to tell.
         let VolumeOptions { transparent, cut, shading, step_length, volume_origin, .. } = &self.volumes;
         option("volume-origin", volume_origin.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));

@@ -28,6 +28,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Parser;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
+use mobula::light::Point;
 use mobula::load::{Loaded, Place, printable};
 use mobula::pipeline::{Config, Pipeline};
 use mobula::sampler::SamplerKind;
@@ -213,6 +214,9 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, options.raw.raw())?;
     shown::show(&mut scene, &options.volumes, &place, on_demand)?;
     scene.up = options.up.0.or(scene.up);
+    if let Some(values::Point(position)) = options.light {
+        scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
+    }
     if let Some(fog) = &options.fog {
         scene.media.push(Arc::new(fog.value));
     }

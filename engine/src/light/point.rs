@@ -16,6 +16,11 @@ pub struct Point {
     pub falloff: bool,
 }
 
+impl Point {
+    /// The light of scenes that have none, at the origin: a little warm, as bright everywhere.
+    pub const KEY: Self = Self { position: Vec3::ZERO, color: Vec3::new(0.95, 0.90, 0.82), falloff: false };
+}
+
 impl Default for Point {
     /// White, at the origin, as bright everywhere.
     fn default() -> Self {

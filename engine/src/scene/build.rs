@@ -61,7 +61,7 @@ fn default_light((low, high): (Vec3, Vec3), up: Up) -> Arc<dyn Light> {
     };
     let position = middle + up.from_y_up(Vec3::new(-1.6, 3.4, 3.0)) * radius;
     if position.is_finite() {
-        Arc::new(Point { position, color: Vec3::new(0.95, 0.90, 0.82), falloff: false })
+        Arc::new(Point { position, ..Point::KEY })
     } else {
         Arc::new(Directional { direction: up.vector(), color: Vec3::splat(0.9) })
     }
