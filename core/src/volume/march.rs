@@ -275,10 +275,10 @@ impl March<'_> {
         let length = dt * token.load(&passages.space[..], at);
         let per_count = one / count;
         let most = count.select(rays, zero).reduce_max() as usize;
-        let lit = match self.lighting {
-            Some(lighting) => Some(Lit::new(token, lighting, lights, passages, at, [near, far])),
-            None => None,
-        };
+        let mut lit = None;
+        if let Some(lighting) = self.lighting {
+            lit = Some(Lit::new(token, lighting, lights, passages, at, [near, far]));
+        }
 
         let nearest = self.between == Between::Nearest;
         let start = inside_of(origin, direction, near, size, zero);

@@ -4,6 +4,7 @@
 //! samples a unit apart: an interpolated surface is where the true field is that near to the iso value.
 
 use glam::{DVec3, Vec3};
+use mobula_core::kernel::cell_walk::RayLanes;
 use mobula_core::kernel::iso_cell::iso_cell;
 use mobula_core::simd::{AnyToken, F32Lanes, MaskLanes, Task, Token};
 use mobula_core::traverse;
@@ -157,9 +158,10 @@ impl Task for Cells<'_> {
             let corners = corners.map(|value| token.splat(value));
             let inverse = direction.map(|d| token.splat(1.0 / d));
             let (origin, direction) = (origin.map(|x| token.splat(x)), direction.map(|x| token.splat(x)));
+            let rays = RayLanes { origin, direction, inverse, t_min: zero };
             let all = token.mask(u32::MAX);
             let infinity = token.splat(f32::INFINITY);
-            let (hit, t) = iso_cell(token, all, &corners, [zero; 3], origin, direction, inverse, zero, infinity);
+            let (hit, t) = iso_cell::<T, false>(token, all, &corners, [zero; 3], &rays, infinity);
             let mut ts = [0.0; 16];
             t.store(&mut ts, 0);
             found.push(hit.any().then_some(ts[0]));
