@@ -112,21 +112,20 @@ impl Task for MarchTask<'_> {
             column[rows.clone()].fill(0.0);
         }
         out.transmittance[rows].fill(1.0);
-        for octant in 0..8 {
-            let groups = with_octant(passages, octant);
+        for (octant, groups) in by_octant(passages).into_iter().enumerate() {
             if groups != 0 {
-                march.walk(token, passages, out, octant, groups);
+                march.walk(token, passages, out, octant as u32, groups);
             }
         }
     }
 }
 
-/// The groups with rays whose directions have these signs, and that go through the grid.
-fn with_octant(passages: &Passages, octant: u32) -> u32 {
-    let mut groups = 0;
+/// For each set of signs, the groups with rays whose directions have these, and that go through the grid.
+fn by_octant(passages: &Passages) -> [u32; 8] {
+    let mut groups = [0; 8];
     for i in 0..passages.count {
-        let there = passages.octant[i] == octant && passages.t0[i] < passages.t1[i];
-        groups |= u32::from(there) << (i / GROUP);
+        let there = passages.t0[i] < passages.t1[i];
+        groups[passages.octant[i] as usize % 8] |= u32::from(there) << (i / GROUP);
     }
     groups
 }

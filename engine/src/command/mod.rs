@@ -180,6 +180,8 @@ struct Prepared {
     pipeline: Pipeline<State>,
     settings: Settings,
     name: String,
+    /// How long it took to build what finds hits, and what is known of volumes.
+    build_seconds: f64,
     /// Where its files were put.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "for windows"))]
     place: Place,
@@ -212,7 +214,8 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
     let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, options.raw.raw())?;
-    shown::show(&mut scene, &options.volumes, &place, on_demand)?;
+    let (shown, volume_seconds) = render::timed(|| shown::show(&mut scene, &options.volumes, &place, on_demand));
+    shown?;
     scene.up = options.up.0.or(scene.up);
     if let Some(values::Point(position)) = options.light {
         scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
@@ -246,5 +249,5 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     }
     state.choose(chosen);
     settings.view = Some(chosen.view);
-    Ok(Prepared { pipeline, settings, name: scene.name, place })
+    Ok(Prepared { pipeline, settings, name: scene.name, build_seconds: volume_seconds + seconds, place })
 }

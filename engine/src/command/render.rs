@@ -21,7 +21,7 @@ use super::{Prepared, prepare, print_object, say, signals, tell, viewpoints};
 const STILL: SamplerKind = SamplerKind::Jittered { side: 4 };
 
 pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
-    let Prepared { mut pipeline, settings, .. } = prepare(&options.scene, false, STILL)?;
+    let Prepared { mut pipeline, settings, build_seconds, .. } = prepare(&options.scene, false, STILL)?;
     let outputs = viewpoints::add(&mut pipeline, &settings, options)?;
     if settings.traverser == TraverserKind::Tiled {
         let pixels = settings.size.pixels() as u64 * outputs.channels();
@@ -69,6 +69,7 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
             "output": outputs[0].to_string_lossy(),
             "outputs": outputs.iter().map(|output| output.to_string_lossy()).collect::<Vec<_>>(),
             "geometries": pipeline.state().stack.scene.geometry.list().len(),
+            "build_seconds": build_seconds,
             "media": pipeline.state().stack.scene.media.len(),
             "camera": settings.camera.to_string(),
             "renderer": settings.renderer.to_string(),

@@ -33,7 +33,7 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
 }
 
 fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
-    let Prepared { pipeline, settings, name, place } = prepare(options, true, SamplerKind::Single)?;
+    let Prepared { pipeline, settings, name, place, .. } = prepare(options, true, SamplerKind::Single)?;
     tell!("{HELP}");
     // Screenshots are files too.
     signals::listen();
