@@ -1,29 +1,53 @@
 //! The values of a grid in the type that they came in.
 
 use std::fmt;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
 
-/// Values of one type.
+use bytemuck::Pod;
+use memmap2::Mmap;
+
+/// Values of one type: in memory, or in a file that is read where they are looked at.
 #[derive(Clone)]
-pub struct Samples<V>(Vec<V>);
+pub struct Samples<V>(Kept<V>);
 
-impl<V> Deref for Samples<V> {
+#[derive(Clone)]
+enum Kept<V> {
+    Memory(Vec<V>),
+    File(Arc<Mmap>, Range<usize>),
+}
+
+impl<V: Pod> Samples<V> {
+    /// The values that some bytes of a mapped file are, in the order of this machine; `None` if they are not there, or not aligned for
+    /// the type.
+    pub fn mapped(map: Arc<Mmap>, bytes: Range<usize>) -> Option<Self> {
+        bytemuck::try_cast_slice::<u8, V>(map.get(bytes.clone())?).ok()?;
+        Some(Self(Kept::File(map, bytes)))
+    }
+}
+
+impl<V: Pod> Deref for Samples<V> {
     type Target = [V];
 
+    #[inline]
     fn deref(&self) -> &[V] {
-        &self.0
+        match &self.0 {
+            Kept::Memory(values) => values,
+            Kept::File(map, bytes) => bytemuck::cast_slice(&map[bytes.clone()]),
+        }
     }
 }
 
 impl<V> From<Vec<V>> for Samples<V> {
     fn from(values: Vec<V>) -> Self {
-        Self(values)
+        Self(Kept::Memory(values))
     }
 }
 
-impl<V> fmt::Debug for Samples<V> {
+impl<V: Pod> fmt::Debug for Samples<V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} values", self.len())
+        let place = if matches!(self.0, Kept::File(..)) { " in a file" } else { "" };
+        write!(f, "{} values{place}", self.len())
     }
 }
 
@@ -70,7 +94,13 @@ macro_rules! voxels {
             }
         }
 
-        $(impl From<Vec<$type>> for Voxels {
+        $(impl From<Samples<$type>> for Voxels {
+            fn from(values: Samples<$type>) -> Self {
+                Self::$variant(values)
+            }
+        }
+
+        impl From<Vec<$type>> for Voxels {
             fn from(values: Vec<$type>) -> Self {
                 Self::$variant(values.into())
             }

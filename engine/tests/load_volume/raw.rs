@@ -64,3 +64,28 @@ fn what_is_wrong_is_said() {
     let unknown = load(&file).unwrap_err().to_string();
     assert!(unknown.ends_with("say of which: --raw-dims X,Y,Z --raw-type u16"), "{unknown}");
 }
+
+#[test]
+fn large_files_stay_where_they_are() {
+    use std::io::{Seek, SeekFrom, Write};
+
+    let folder = Folder::new("raw-large");
+    // 256 MiB of which the disk has a few bytes.
+    let (header, sides) =
+        (b"NRRD0004\ntype: uint16\ndimension: 3\nsizes: 512 512 512\nendian: little\nencoding: raw\n\n\n", 512_u64);
+    for (name, more) in [("a.nrrd", 0), ("b.nrrd", 5)] {
+        let path = folder.write(name, header);
+        // The voxels begin behind the empty line: the second one is part of the first voxel.
+        let start = header.len() as u64 - 1;
+        let mut file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+        file.seek(SeekFrom::Start(start + 2 * (sides * sides * 511 + 7))).unwrap();
+        file.write_all(&[0x39, 0x05]).unwrap();
+        file.set_len(start + 2 * sides.pow(3) + more).unwrap();
+        let loaded = load(&path).unwrap();
+        assert_eq!(loaded.report.warnings.len(), usize::from(more > 0), "{:?}", loaded.report.warnings);
+        let voxels = only_volume(&loaded).steps[0].voxels();
+        let mapped = (start % 2 == 0).then_some("U16(134217728 values in a file)");
+        assert_eq!(format!("{voxels:?}"), mapped.unwrap_or("U16(134217728 values)"));
+        assert_eq!([voxels.get(0), voxels.get(512 * 512 * 511 + 7), voxels.get(511)], [10.0, 1337.0, 0.0]);
+    }
+}

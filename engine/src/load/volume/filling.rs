@@ -1,8 +1,14 @@
 //! Grids that are filled as their bytes or numbers come: memory follows what was read.
 
+use std::ops::Range;
+use std::sync::Arc;
+
+use bytemuck::Pod;
+use memmap2::Mmap;
+
 use super::VoxelType;
 use super::layout::Layout;
-use crate::volume::Voxels;
+use crate::volume::{Samples, Voxels};
 
 /// Why voxels cannot be stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -19,6 +25,9 @@ pub(super) enum Refused {
 pub(super) trait Filling {
     /// Takes the memory for all voxels at once: for those who know that they are there.
     fn reserve(&mut self) -> Result<(), Refused>;
+
+    /// Takes voxels that are in a file as they are on this machine, all of them. Says whether it does: only of a grid of one step.
+    fn map(&mut self, map: &Arc<Mmap>, bytes: Range<usize>) -> bool;
 
     /// Adds the voxels that these bytes are, a whole number of them. What is more than there are voxels is left out.
     fn add_bytes(&mut self, bytes: &[u8], big_endian: bool) -> Result<(), Refused>;
@@ -45,7 +54,7 @@ pub(super) fn filling(kind: VoxelType, layout: &Layout) -> Box<dyn Filling> {
 }
 
 /// A type that voxels have.
-trait Voxel: Copy + 'static {
+trait Voxel: Pod {
     const TYPE: VoxelType;
 
     /// Appends the voxels that these bytes are.
@@ -54,7 +63,7 @@ trait Voxel: Copy + 'static {
     /// The voxel that is this number.
     fn exactly(number: f64) -> Option<Self>;
 
-    fn erase(values: Vec<Self>) -> Voxels;
+    fn erase(values: Samples<Self>) -> Voxels;
 }
 
 macro_rules! voxel {
@@ -75,7 +84,7 @@ macro_rules! voxel {
                 $exactly(number).then_some(number as Self)
             }
 
-            fn erase(values: Vec<Self>) -> Voxels {
+            fn erase(values: Samples<Self>) -> Voxels {
                 values.into()
             }
         })+
@@ -107,13 +116,15 @@ struct Steps<V> {
     step: usize,
     /// How many voxels it gets until the next step has its turn.
     turn: usize,
+    /// All of them, if they are in a file.
+    mapped: Option<Samples<V>>,
 }
 
 impl<V: Voxel> Steps<V> {
     fn boxed(layout: &Layout) -> Box<dyn Filling> {
         let steps = std::iter::repeat_with(Vec::new).take(layout.steps).collect();
         let (per_step, together) = (layout.per_step(), layout.together);
-        Box::new(Self { steps, per_step, together, step: 0, turn: together })
+        Box::new(Self { steps, per_step, together, step: 0, turn: together, mapped: None })
     }
 
     /// The step whose turn it is, with room for as many of `count` voxels as it gets now, and how many these are.
@@ -141,6 +152,12 @@ impl<V: Voxel> Filling for Steps<V> {
         self.steps.iter_mut().try_for_each(&mut reserve).map_err(|_| Refused::Memory)
     }
 
+    fn map(&mut self, map: &Arc<Mmap>, bytes: Range<usize>) -> bool {
+        let whole = self.steps.len() == 1 && bytes.len() == self.per_step * size_of::<V>();
+        self.mapped = if whole { Samples::mapped(Arc::clone(map), bytes) } else { None };
+        self.mapped.is_some()
+    }
+
     fn add_bytes(&mut self, mut bytes: &[u8], big_endian: bool) -> Result<(), Refused> {
         let each = size_of::<V>();
         while bytes.len() >= each {
@@ -165,7 +182,10 @@ impl<V: Voxel> Filling for Steps<V> {
     }
 
     fn finish(self: Box<Self>) -> Vec<Voxels> {
-        self.steps.into_iter().map(V::erase).collect()
+        match self.mapped {
+            Some(mapped) => vec![V::erase(mapped)],
+            None => self.steps.into_iter().map(|step| V::erase(step.into())).collect(),
+        }
     }
 }
 

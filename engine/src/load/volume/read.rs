@@ -11,6 +11,9 @@ use crate::load::text::{counted, number, quoted};
 /// The longest word that may be a number: all digits of the least `f64` above 0 are some more than a thousand.
 const LONGEST_NUMBER: usize = 2048;
 
+/// So many bytes or more stay in the file, and are read where they are looked at: they may be more than there is memory.
+const MAPPED: u64 = 1 << 28;
+
 impl Refused {
     fn into_error(self, source: &Source, header: &Header) -> LoadError {
         let described = header.layout.describe(header.kind);
@@ -41,6 +44,15 @@ pub(super) fn binary(
     bytes: u64,
 ) -> Result<(), LoadError> {
     expect(source, header, bytes)?;
+    let as_here = header.big_endian == cfg!(target_endian = "big") || header.kind.bytes() == 1;
+    if bytes >= MAPPED
+        && as_here
+        && let Some((map, range)) = source.map(bytes)
+        && filling.map(&map, range)
+    {
+        source.pass(bytes);
+        return Ok(());
+    }
     if source.left().is_some() && bytes == header.layout.bytes(header.kind) {
         filling.reserve().map_err(|refused| refused.into_error(source, header))?;
     }

@@ -1,10 +1,14 @@
 //! The bytes of a file with voxels: what is skipped, unpacked, and known of how many there are.
 
 use std::collections::HashSet;
+use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use flate2::bufread::ZlibDecoder;
+use memmap2::Mmap;
 
 use crate::load::input::{self, GZIP, Input, Packed};
 use crate::load::text::{counted, quoted};
@@ -119,6 +123,24 @@ impl Source {
             return Err(LoadError::new(&self.file, problem, "check the header"));
         }
         Ok(())
+    }
+
+    /// The file, mapped, and where the next bytes are in it; `None` if they are not in a file as they are, or it cannot be mapped.
+    pub(super) fn map(&self, bytes: u64) -> Option<(Arc<Mmap>, Range<usize>)> {
+        let left = self.left.filter(|&left| !self.packed && left >= bytes && input::is_regular(&self.file))?;
+        let file = File::open(&self.file).ok()?;
+        let start = file.metadata().ok()?.len().checked_sub(left)?;
+        // SAFETY: nothing here writes to the file. Who changes it while it is shown sees other voxels, which may be any; who cuts it
+        // ends this process, as with any file that is mapped.
+        let map = unsafe { Mmap::map(&file) }.ok()?;
+        let range = usize::try_from(start).ok()?..usize::try_from(start + bytes).ok()?;
+        Some((Arc::new(map), range))
+    }
+
+    /// Passes by bytes that need not be read, of those that are left: what follows can be told of, but not read.
+    pub(super) fn pass(&mut self, bytes: u64) {
+        let left = self.left.unwrap_or(0).saturating_sub(bytes);
+        (self.left, self.reader) = (Some(left), Box::new(BufReader::with_capacity(16, io::repeat(0).take(left))));
     }
 
     /// What the rest unpacks to. Nothing limits it: take no more than what is wanted.
