@@ -217,13 +217,15 @@ fn roots_are_those_of_the_cubic(token: AnyToken) {
             low < -BOUND * unit && high > BOUND * unit
         };
         if t.is_some() {
-            // A field as steep as this changes so much in half a unit of t.
+            // A field as steep as this changes so much in half a unit of t, and in a millionth of the way through the cell, within
+            // which the kernel finds the change of sign.
             let slope = ((3.0 * a * end + 2.0 * b) * end + c).abs();
-            let off = (value(end).abs() - slope * end / f64::from(1 << 24)).max(0.0) / unit;
+            let within = end / f64::from(1 << 24) + (far - near) / f64::from(1 << 20);
+            let off = (value(end).abs() - slope * within).max(0.0) / unit;
             (hits, worst) = (hits + 1, worst.max(off));
         }
         // The end of a hit is rounded.
-        if near < far && clear(near, end * (1.0 - 2e-7)) {
+        if near < far && clear(near, end * (1.0 - 2e-7) - (far - near) / f64::from(1 << 20)) {
             missed += 1;
         }
     }
