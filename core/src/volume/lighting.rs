@@ -98,7 +98,8 @@ impl<'a> Lit<'a> {
         let sign = one.select(dot(gradient, direction).lt(zero), -one);
         let usable = length.gt(token.splat(f32::MIN_POSITIVE)) & length.lt(token.splat(f32::INFINITY));
         let scale = (sign / length).select(usable, zero);
-        let normal = [x * scale, y * scale, z * scale];
+        // Of what is no number, nothing is left.
+        let normal = [x.select(usable, zero) * scale, y.select(usable, zero) * scale, z.select(usable, zero) * scale];
         // Where there is no direction to speak of: what a surface of any direction gets on average.
         let weight = (length / token.splat(*flat)).min(one).select(usable, zero);
         let even = (one - weight) * half;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::State;
 use crate::geometry::{Geometry, IsoSurfaces};
-use crate::medium::Volume;
+use crate::medium::{Between, Volume};
 use crate::volume::TransferFunction;
 
 /// How the volumes of a scene are shown.
@@ -55,7 +55,7 @@ impl State {
     pub fn set_transfer(&mut self, function: impl Fn([f64; 2]) -> TransferFunction, lit: bool) {
         self.change_media(|volume| {
             let mut changed = volume.with_function(Arc::new(function(volume.series().range())));
-            changed.lit = lit;
+            (changed.lit, changed.between) = (lit, Between::Linear);
             changed
         });
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use mobula::accel::AccelerationKind;
 use mobula::app::PacketWidth;
 use mobula::background::{Background, BackgroundKind};
@@ -199,11 +199,11 @@ pub(crate) struct VolumeOptions {
     #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "LEVEL,WIDTH", requires = "transfer", value_parser = window)]
     pub(crate) window: Option<Window>,
 
-    /// Are media of volumes lit by the lights, as surfaces are, or do they glow? [default: lit are bone, skin, muscle and labels]
+    /// Are media of volumes lit by the lights, as surfaces are, or do they glow? [default: lit are bone, skin and muscle]
     #[arg(long, help_heading = "Volumes", value_name = "WHEN", default_value = "auto", hide_default_value = true)]
     pub(crate) shading: Shading,
 
-    /// The longest step of rays through media of volumes, in units of cells
+    /// The longest step of rays through media of volumes, in units of cells, from 1/32 to 16
     #[arg(long, help_heading = "Volumes", value_name = "CELLS", default_value_t = DEFAULT_STEP, value_parser = step_length)]
     pub(crate) step_length: f32,
 
@@ -288,10 +288,8 @@ impl SceneOptions {
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
         option("light", self.light.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
         // Those that a viewer can change are its own to tell.
-        let VolumeOptions { transparent, cut, shading, step_length, volume_origin, .. } = &self.volumes;
+        let VolumeOptions { transparent, cut, step_length, volume_origin, .. } = &self.volumes;
         option("volume-origin", volume_origin.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
-        let shading = shading.to_possible_value().filter(|_| *shading != Shading::Auto);
-        option("shading", shading.map(|value| value.get_name().to_owned()));
         option("step-length", (*step_length != DEFAULT_STEP).then(|| step_length.to_string()));
         option("transparent", joined(transparent.iter().map(f32::to_string).collect()));
         for Plane(numbers) in cut {

@@ -16,6 +16,9 @@ use super::failure::Failure;
 use super::tell;
 use super::values::{Plane, Point, Shading, Transfer};
 
+/// The longest step through labels, in cells: where one begins is not known better.
+const LABEL_STEP: f32 = 0.125;
+
 /// Colours of iso-surfaces, in the order of their values: bone, skin, and others that are told apart from these.
 const COLORS: [[f32; 3]; 6] = [
     [0.86, 0.80, 0.68],
@@ -39,11 +42,12 @@ pub(crate) fn show(
         // As scanners, weather and the ground have it.
         scene.up = scene.up.or(Some(Up::Z));
     }
+    let longest = scene.volumes.iter().map(|volume| volume.steps.len()).max().unwrap_or(0);
     for (number, mut volume) in std::mem::take(&mut scene.volumes).into_iter().enumerate() {
         if let Some(Point(origin)) = options.volume_origin {
             volume = moved_to(volume, place.put(origin))?;
         }
-        let series = series(&volume, options.step, all_steps)?;
+        let series = series(&volume, options.step, longest, all_steps)?;
         let transfer = options.transfer.get(number).or(options.transfer.last());
         if let Some(transfer) = transfer {
             add_medium(scene, &volume, &series, transfer, options, &cuts)?;
@@ -56,13 +60,14 @@ pub(crate) fn show(
     Ok(())
 }
 
-/// The steps of a volume, made ready for rays.
-fn series(volume: &Volume, step: usize, all: bool) -> Result<Series, Failure> {
+/// The steps of a volume, made ready for rays. Behind its last step comes its first again, up to the last step of any volume.
+fn series(volume: &Volume, step: usize, longest: usize, all: bool) -> Result<Series, Failure> {
     let name = printable(&volume.name);
     let count = volume.steps.len();
-    let Some(grid) = volume.steps.get(step) else {
-        return Err(Failure::Usage(format!("{name} has {count} steps of time, from 0; there is no step {step}")));
-    };
+    if step >= longest.max(1) || count == 0 {
+        let steps = if count == 1 { "1 step".to_owned() } else { format!("{count} steps") };
+        return Err(Failure::Usage(format!("{name} has {steps} of time, from 0; there is no step {step}")));
+    }
     let field = |grid| {
         let field = Field::new(Arc::clone(grid)).map_err(|error| Failure::Output(format!("{name}: {error}")));
         field.map(Arc::new)
@@ -71,7 +76,10 @@ fn series(volume: &Volume, step: usize, all: bool) -> Result<Series, Failure> {
         let fields: Result<Vec<_>, _> = volume.steps.iter().map(field).collect();
         return Ok(Series::new(fields?).at(step));
     }
-    Ok(Series::new(vec![field(grid)?]))
+    // Colours go by all steps, whichever is shown.
+    let ranges = volume.steps.iter().filter_map(|grid| grid.range());
+    let range = ranges.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or_default();
+    Ok(Series::new(vec![field(&volume.steps[step % count])?]).of_range(range))
 }
 
 fn add_medium(
@@ -83,6 +91,9 @@ fn add_medium(
     cuts: &[[f64; 4]],
 ) -> Result<(), Failure> {
     let (range, labels) = (series.range(), matches!(transfer, Transfer::Labels));
+    if volume.steps.iter().all(|grid| grid.range().is_none()) {
+        return Err(Failure::Output(format!("{}: no value is a number", printable(&volume.name))));
+    }
     let function = match transfer {
         Transfer::Preset(preset) => preset.function(range),
         Transfer::Labels => labels_of(volume, range)?,
@@ -96,7 +107,7 @@ fn add_medium(
         Transfer::File(file) => load_transfer(file)?,
     };
     let lit = match options.shading {
-        Shading::Auto => labels || matches!(transfer, Transfer::Preset(preset) if preset.is_lit()),
+        Shading::Auto => matches!(transfer, Transfer::Preset(preset) if preset.is_lit()),
         Shading::On => true,
         Shading::Off => false,
     };
@@ -105,6 +116,9 @@ fn add_medium(
         shown = shown.with_window(window.0);
     }
     (shown.lit, shown.step, shown.cuts) = (lit, options.step_length, cuts.to_vec());
+    if labels {
+        shown.step = shown.step.min(LABEL_STEP);
+    }
     shown.between = if labels { Between::Nearest } else { Between::Linear };
     scene.media.push(Arc::new(shown));
     Ok(())
@@ -114,7 +128,9 @@ fn add_medium(
 fn labels_of(volume: &Volume, [low, high]: [f64; 2]) -> Result<TransferFunction, Failure> {
     let name = printable(&volume.name);
     if low.ceil() < f64::from(i32::MIN) || high.floor() > f64::from(i32::MAX) || high - low > f64::from(1 << 24) {
-        return Err(Failure::Output(format!("{name}: its values from {low} to {high} are no labels")));
+        return Err(Failure::Output(format!(
+            "{name}: its values from {low} to {high} are no labels: these are 32-bit numbers, at most 2^24 apart"
+        )));
     }
     let first = low.ceil() as i32;
     let mut there = vec![false; (high.floor() - low.ceil()).max(0.0) as usize + 1];
@@ -128,7 +144,10 @@ fn labels_of(volume: &Volume, [low, high]: [f64; 2]) -> Result<TransferFunction,
             }
         }
     }
-    let labels = (first..).zip(there).filter(|(_, there)| *there).map(|(label, _)| label);
+    let labels: Vec<_> = (first..).zip(there).filter(|(_, there)| *there).map(|(label, _)| label).collect();
+    if labels.is_empty() {
+        return Err(Failure::Output(format!("{name}: none of its values is a whole number, so it has no labels")));
+    }
     TransferFunction::labels("labels", labels).map_err(|error| Failure::Output(format!("{name}: {error}")))
 }
 

@@ -5,7 +5,7 @@ use mobula::sampler::SamplerKind;
 
 use super::args::SceneOptions;
 use super::failure::Failure;
-use super::values::quoted;
+use super::values::{Shading, quoted};
 use super::{Prepared, prepare, render, scene, signals, tell};
 
 /// A window if there is a display, else a picture.
@@ -38,8 +38,13 @@ fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
     // Screenshots are files too.
     signals::listen();
     let scene = options.scene_words();
+    let shading = match options.volumes.shading {
+        Shading::Auto => None,
+        Shading::On => Some("on".to_owned()),
+        Shading::Off => Some("off".to_owned()),
+    };
     let transfer = options.volumes.transfer.iter().map(ToString::to_string).collect();
-    Ok(connection.show(pipeline, &settings, &Titles { name, scene, transfer, quoted, place })?)
+    Ok(connection.show(pipeline, &settings, &Titles { name, scene, transfer, shading, quoted, place })?)
 }
 
 impl From<WindowError> for Failure {

@@ -89,6 +89,11 @@ impl Series {
         Self { fields: fields.into(), step: 0, range }
     }
 
+    /// Of the steps of a volume whose least and greatest value are these: all of its steps need not be here.
+    pub fn of_range(self, range: [f64; 2]) -> Self {
+        Self { range, ..self }
+    }
+
     /// With this step shown; behind the last comes the first.
     pub fn at(&self, step: usize) -> Self {
         Self { step: step % self.fields.len(), ..self.clone() }

@@ -125,7 +125,7 @@ impl Grid {
         self.scale
     }
 
-    /// The least and the greatest value that is a number; `None` if none is.
+    /// The least and the greatest finite value; `None` if none is.
     pub fn range(&self) -> Option<[f64; 2]> {
         let [low, high] = with_voxels!(&self.voxels, |voxels| ends(voxels));
         let [a, b] = [low, high].map(|voxel| self.value_of(voxel));
@@ -147,7 +147,7 @@ impl Grid {
 fn ends<V: Copy + Into<f64>>(voxels: &[V]) -> [f64; 2] {
     voxels.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &voxel| {
         let x = voxel.into();
-        [if x < low { x } else { low }, if x > high { x } else { high }]
+        if x.is_finite() { [if x < low { x } else { low }, if x > high { x } else { high }] } else { [low, high] }
     })
 }
 

@@ -73,9 +73,11 @@ impl<const NEAREST: bool> Kernel for Sample<NEAREST> {
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Box<Samples>, N>) {
         let (zero, one) = (token.splat(0.0), token.splat(1.0));
-        for (samples, out) in work.primitives.iter().zip(work.extra.chunks_exact_mut(N)) {
+        // The twin runs in a wider packet than the answers are for.
+        let width = work.extra.len() / work.primitives.len().max(1);
+        for (samples, out) in work.primitives.iter().zip(work.extra.chunks_exact_mut(width.max(1))) {
             let mut at = 0;
-            while at < N {
+            while at < width {
                 let mut point = load3(token, work.rays.origins(), at);
                 for axis in 0..3 {
                     let most = token.splat(CELLS[axis] as f32);
@@ -183,14 +185,15 @@ impl Kernel for Classify {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Function, N>) {
-        for (function, out) in work.primitives.iter().zip(work.extra.chunks_exact_mut(4 * N)) {
+        let width = work.extra.len() / work.primitives.len().max(1) / 4;
+        for (function, out) in work.primitives.iter().zip(work.extra.chunks_exact_mut((4 * width).max(1))) {
             let mut at = 0;
-            while at < N {
+            while at < width {
                 let [from, to, _] = load3(token, work.rays.origins(), at);
                 let start = Look::new(token, &function.transfer, from);
                 let end = Look::new(token, &function.transfer, to);
                 let seen = start.until(token, &function.transfer, &end);
-                for (seen, out) in seen.into_iter().zip(out.chunks_exact_mut(N)) {
+                for (seen, out) in seen.into_iter().zip(out.chunks_exact_mut(width)) {
                     seen.store_masked(out, at, work.rays.active(token, at));
                 }
                 at += T::LANES;
@@ -296,15 +299,17 @@ impl Kernel for Absorb {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<(), N>) {
+        let width = work.extra.len() / 4;
         let mut at = 0;
-        while at < N {
+        while at < width {
             let [extinction, transmittance, length] = load3(token, work.rays.origins(), at);
             let [r, g, b] = load3(token, work.rays.directions(), at);
             let mut light = Light { radiance: [token.splat(0.25); 3], transmittance: transmittance.abs() };
             absorb(token, &mut light, [extinction.abs(), r, g, b], length.abs());
             let active = work.rays.active(token, at);
             let [red, green, blue] = light.radiance;
-            for (value, out) in [red, green, blue, light.transmittance].into_iter().zip(work.extra.chunks_exact_mut(N))
+            for (value, out) in
+                [red, green, blue, light.transmittance].into_iter().zip(work.extra.chunks_exact_mut(width))
             {
                 value.store_masked(out, at, active);
             }

@@ -12,6 +12,8 @@ pub struct Titles {
     pub scene: String,
     /// The transfer functions that volumes are shown with, in words of that command.
     pub transfer: Vec<String>,
+    /// Whether they are lit, if that was said.
+    pub shading: Option<String>,
     /// How a shell takes a word.
     pub quoted: fn(&str) -> String,
     /// Where its files were put.

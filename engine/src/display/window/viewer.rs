@@ -70,7 +70,7 @@ impl Viewer {
         let (size, threads) = (settings.size, settings.threads);
         let state = pipeline.state();
         let chosen = *state.chosen();
-        let volumes = VolumeControls::new(state, &titles.transfer);
+        let volumes = VolumeControls::new(state, &titles.transfer, titles.shading.as_deref());
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
             SamplerKind::Single => SamplerKind::Jittered { side: 3 },

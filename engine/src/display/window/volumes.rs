@@ -15,6 +15,8 @@ pub(super) struct VolumeControls {
     first_window: Option<[f64; 2]>,
     /// The transfer functions as the command line names them.
     transfer: Vec<String>,
+    /// Whether they are lit, if the command line said so.
+    shading: Option<String>,
     per_second: f64,
     /// When the next step is due, while time goes on.
     due: Option<Instant>,
@@ -22,10 +24,17 @@ pub(super) struct VolumeControls {
 
 impl VolumeControls {
     /// For the volumes of a state. `transfer` are words that name transfer functions on the command line.
-    pub(super) fn new(state: &State, transfer: &[String]) -> Self {
+    pub(super) fn new(state: &State, transfer: &[String], shading: Option<&str>) -> Self {
         let shown = state.volumes();
         let first_window = shown.window.map(|(window, _)| window);
-        Self { shown, first_window, transfer: transfer.to_vec(), per_second: SPEED, due: None }
+        Self {
+            shown,
+            first_window,
+            transfer: transfer.to_vec(),
+            shading: shading.map(str::to_owned),
+            per_second: SPEED,
+            due: None,
+        }
     }
 
     /// Moves iso-surfaces by so many steps, each a 128th of the range of the values.
@@ -42,7 +51,7 @@ impl VolumeControls {
     /// Moves level and width of media by so many steps, each a 64th: of the range, and of the width. Says whether there are any.
     pub(super) fn move_window(&mut self, [level_by, width_by]: [f64; 2], handle: &Handle<State>) -> bool {
         let Some(([level, width], [low, high])) = &mut self.shown.window else { return false };
-        let range = (*high - *low).max(f64::MIN_POSITIVE);
+        let range = if *high > *low { *high - *low } else { 1.0 };
         let precise = range / 10_000.0;
         *level = rounded(*level + level_by * range / 64.0, precise).clamp(*low - range, *high + range);
         *width = rounded(*width * (1.0 + 1.0 / 64.0_f64).powf(width_by * 2.0), precise).clamp(precise, 8.0 * range);
@@ -60,6 +69,7 @@ impl VolumeControls {
         self.transfer = vec![preset.name().to_owned()];
         *window = preset.function(*range).span(*range);
         self.first_window = Some(*window);
+        self.shading = None;
         handle.send("transfer function", move |state| {
             state.set_transfer(|range| preset.function(range), preset.is_lit());
         });
@@ -126,6 +136,9 @@ impl VolumeControls {
         }
         for transfer in &self.transfer {
             text += &format!(" --transfer {}", quoted(transfer));
+        }
+        if let Some(shading) = &self.shading {
+            text += &format!(" --shading {shading}");
         }
         if let Some((window, _)) = self.shown.window
             && self.first_window != Some(window)
