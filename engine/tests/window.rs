@@ -315,7 +315,7 @@ fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
     session.wait_title(", bone, level");
     session.screenshot(5);
 
-    // The line that tells of a screenshot makes the same picture.
+    // The line that tells of a screenshot says what was changed.
     let line = session.said.lock().unwrap().iter().rev().find(|line| line.contains("mobula-0005.png")).cloned();
     let line = line.expect("screenshots are told");
     assert!(line.contains(" --transfer bone") && line.contains(" --step "), "{line}");

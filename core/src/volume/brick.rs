@@ -40,12 +40,6 @@ impl Brick {
         }
     }
 
-    /// Copies all rows of samples: see [`load_rows`](Self::load_rows).
-    #[inline(always)]
-    pub fn load<V: Voxel>(&mut self, voxels: &[V], samples: [usize; 3], first: [usize; 3]) {
-        self.load_rows(voxels, samples, first, ALL_ROWS);
-    }
-
     /// Copies the rows of samples in `rows` (bit j + 5 k is row (j, k)) of a grid from sample `first` on; beyond the last ones, these
     /// are repeated. What is not finite becomes NaN, minus zero zero.
     #[inline(always)]

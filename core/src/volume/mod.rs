@@ -12,12 +12,12 @@
 //! | `passage` | the ways of rays through a grid |
 //! | `iso` | the tree of an iso-surface, as walks see it |
 //! | `in_brick` | how rays meet the surface in a brick |
+//! | `cells` | which cells of a brick a surface passes through, and their corners |
 //! | `field` | a grid with its hierarchy, whatever type its samples have |
 //! | `ranges` | least and greatest values, built from the bricks up |
 //! | `layout` | which bricks there are, and which node is made of which |
 //! | `brick` | the samples of a brick as floats |
 //! | `samples` | the same for rays that go through it, with gradients |
-//! | `cells` | which cells of a brick a surface passes through, and their corners |
 //! | `voxel` | types of samples |
 
 mod brick;
