@@ -61,6 +61,18 @@ impl Session {
         Self::show(display, test, &[&["a pyramid's.obj"], options].concat())
     }
 
+    /// Gives the window the keyboard, and waits until it hears it.
+    fn focus(&self) {
+        self.xdotool(&format!("windowfocus --sync {}", self.window));
+        // While the first keys of a virtual keyboard make it known to all, one may be missed. This one changes nothing twice.
+        let lines = || self.said.lock().unwrap().len();
+        let before = lines();
+        wait("help", || {
+            self.xdotool("key h");
+            lines() > before
+        });
+    }
+
     /// The same with a scene of the options.
     fn show(display: String, test: &str, options: &[&str]) -> Self {
         let folder = Folder::new(test);
@@ -176,14 +188,7 @@ fn keys_mouse_size_and_screenshots() {
     let mut session = Session::start(name, "window", &["--size", "320x240", "--threads", "1"]);
     // The viewer sets this title when it listens to events: focus that comes earlier may be missed, and keys with it.
     session.wait_title("a pyramid's | 320x240 |");
-    session.xdotool(&format!("windowfocus --sync {}", session.window));
-    // While the first keys of a virtual keyboard make it known to all, one may be missed. This one changes nothing twice.
-    let lines = || session.said.lock().unwrap().len();
-    let before = lines();
-    wait("help", || {
-        session.xdotool("key h");
-        lines() > before
-    });
+    session.focus();
 
     // The first picture is what the command without a window makes.
     let first = session.screenshot(1);
@@ -280,13 +285,7 @@ fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
     let Some((_server, name)) = display() else { return };
     let mut session = Session::show(name, "time", &["time*.nrrd", "--size", "160x120", "--transfer", "viridis"]);
     session.wait_title("time* | 160x120 |");
-    session.xdotool(&format!("windowfocus --sync {}", session.window));
-    let lines = || session.said.lock().unwrap().len();
-    let before = lines();
-    wait("help", || {
-        session.xdotool("key h");
-        lines() > before
-    });
+    session.focus();
     for step in [1, 2] {
         session.xdotool("key Right");
         session.wait_title(&format!(", step {step} of 3"));
