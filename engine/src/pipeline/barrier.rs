@@ -136,8 +136,10 @@ impl Barrier {
             std::mem::forget(panicking);
             let threads = turn.threads;
             self.expect(threads);
-            // Groups that nobody is left in are opened too: for those who leave them.
-            self.groups[..before.max(threads).div_ceil(GROUP)].iter().for_each(Group::open);
+            // Groups that nobody is left in are opened too, for those who leave them, and before the others: the next
+            // crossing, which may make passes for them, must wait until this one has opened all gates. Group 0, which
+            // always has somebody, is the last.
+            self.groups[..before.max(threads).div_ceil(GROUP)].iter().rev().for_each(Group::open);
             return if self.is_aborted() { Err(Aborted) } else { Ok(true) };
         }
         self.wait_for_release(group, gate & !(SLEEPERS | ABORTED)).map(|()| false)
@@ -282,7 +284,7 @@ impl Turn<'_> {
     /// A pass for a newcomer of this number.
     pub fn pass(&self, thread: usize) -> Pass {
         let group = thread / GROUP;
-        // Relaxed: whoever opened this gate last has arrived since, or is this thread.
+        // Relaxed: whoever opened this gate last did so before it opened one that a thread of this crossing came by.
         let gate = self.barrier.groups[group].gate.load(Ordering::Relaxed);
         Pass { group, epoch: gate & !(SLEEPERS | ABORTED) }
     }
