@@ -50,7 +50,7 @@ fn wrong_usage_is_2_and_says_what_is_right() {
     for (words, expected) in [
         (&["rendr"][..], "is it `mobula render`?"),
         (&["inof", "pyramid.obj"], "is it `mobula info`?"),
-        (&["-q", "render"], "mobula render ..."),
+        (&["--size", "8x8", "render"], "mobula render ..."),
         (&["RENDER"], "is it `mobula render`?"),
         (&["man", "rendr"], "there are render, "),
     ] {

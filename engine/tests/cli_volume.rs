@@ -219,3 +219,30 @@ fn what_is_wrong_with_options_of_media_is_told() {
         assert!(done.err.contains(expected), "{options:?}: {}", done.err);
     }
 }
+
+#[test]
+fn what_options_do_not_do_is_told() {
+    let folder = Folder::new("volume-without-effect");
+    folder.write("ball.nrrd", ball());
+    folder.write("flat.nrrd", nrrd("4 4 1", "", &[7; 16]));
+    folder.write("pyramid.obj", PYRAMID);
+    for (options, message) in [
+        (
+            &["pyramid.obj", "--transfer", "bone", "--iso", "3", "--step", "4"][..],
+            "--iso, --transfer, --step: there is no volume",
+        ),
+        (&["ball.nrrd", "--step-length", "1", "--shading", "on"], "--shading, --step-length: this is for --transfer"),
+        (&["ball.nrrd", "--transfer", "bone", "--transfer", "fire"], "1 more of it than volumes (1)"),
+        (&["ball.nrrd", "--transfer", "bone", "--transparent", "0.5"], "--transparent: this is for iso-surfaces"),
+        (&["ball.nrrd", "--transfer", "bone", "--renderer", "depth"], "the renderer depth shows no media"),
+        (&["flat.nrrd", "--transfer", "bone"], "flat: there is nothing between samples where an axis has only one"),
+    ] {
+        let how = ["--size", "16x16", "-o", "out.png", "-q"];
+        let done = folder.run(&[&["render"], options, &how].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        let warned = done.err.lines().any(|line| line.starts_with("mobula: warning: ") && line.contains(message));
+        assert!(warned, "{options:?}: {}", done.err);
+    }
+    let done = folder.run(&["render", "ball.nrrd", "--transfer", "bone", "--size", "16x16", "-o", "out.png", "-q"]);
+    assert_eq!((done.code, done.err.as_str()), (Some(0), ""), "{done:?}");
+}

@@ -45,15 +45,18 @@ impl Default for LightRows {
 type Here = [[f32; 16]; 9];
 
 /// The lights as the rays of a vector see them in a brick.
-pub(super) struct Lit<'a> {
+pub(super) struct Lit<'a, T: Token> {
     lighting: &'a Lighting,
-    here: &'a mut Vec<Here>,
+    here: &'a [Here],
+    /// Where the rays enter the brick, and one over how long they are in it.
+    near: T::F32,
+    per_length: T::F32,
 }
 
-impl<'a> Lit<'a> {
+impl<'a, T: Token> Lit<'a, T> {
     /// For the rays from `at`, which are in the brick from `near` to `far`.
     #[inline(always)]
-    pub(super) fn new<T: Token>(
+    pub(super) fn new(
         token: T,
         lighting: &'a Lighting,
         here: &'a mut Vec<Here>,
@@ -74,21 +77,22 @@ impl<'a> Lit<'a> {
                 mix(radiance[0][axis], radiance[1][axis], middle).store(&mut here[6 + axis], 0);
             }
         }
-        Self { lighting, here }
+        Self { lighting, here, near, per_length: token.splat(1.0) / (far - near) }
     }
 
-    /// Multiplies what is emitted, in all but the first of `seen`, by what arrives there. `part` is how far rays have come in the brick,
-    /// from 0 to 1; the gradient and the directions of the rays are in cells.
+    /// Multiplies what is emitted, in all but the first of `seen`, by what arrives at t. The gradient and the directions of the rays are in
+    /// cells.
     #[inline(always)]
-    pub(super) fn light<T: Token>(
+    pub(super) fn light(
         &self,
         token: T,
         seen: &mut [T::F32; 4],
         gradient: [T::F32; 3],
         direction: [T::F32; 3],
-        part: T::F32,
+        t: T::F32,
     ) {
         let (zero, one, half) = (token.splat(0.0), token.splat(1.0), token.splat(0.5));
+        let part = (t - self.near) * self.per_length;
         let Lighting { ambient, up, metric, flat, .. } = self.lighting;
         let [x, y, z] = gradient;
         let diagonal = dot([x * x, y * y, z * z], splat3(token, [metric[0], metric[1], metric[2]]));

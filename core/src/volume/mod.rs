@@ -8,6 +8,7 @@
 //! | file | idea |
 //! |---|---|
 //! | `march` | light through a medium |
+//! | `steps` | the way of rays through a brick |
 //! | `lighting` | lights that shine on a medium |
 //! | `passage` | the ways of rays through a grid |
 //! | `iso` | the tree of an iso-surface, as walks see it |
@@ -31,6 +32,7 @@ mod march;
 mod passage;
 mod ranges;
 mod samples;
+mod steps;
 mod voxel;
 
 pub use brick::{Brick, CELLS};

@@ -76,9 +76,13 @@ impl Passages {
             for axis in 0..3 {
                 let [a, b, c, d] = to_cells[axis];
                 let [x, y, z] = direction.map(f64::from);
-                let at = (a * origin[0] + b * origin[1] + c * origin[2] + d) as f32;
+                let mut at = (a * origin[0] + b * origin[1] + c * origin[2] + d) as f32;
                 let along = (a * x + b * y + c * z) as f32;
                 let inverse = 1.0 / along;
+                // A ray in a face between bricks is in the lower one. In the first face of all it is above it.
+                if at == 0.0 && inverse.is_infinite() {
+                    at = f32::MIN_POSITIVE;
+                }
                 (self.origin[axis][i], self.direction[axis][i], self.inverse[axis][i]) = (at, along, inverse);
                 let (low, high) = ((0.0 - at) * inverse, (most[axis] - at) * inverse);
                 // What is NaN, of a ray along a face, does not count.

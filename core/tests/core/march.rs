@@ -274,6 +274,89 @@ fn shorter_steps_come_to_the_same() {
     }
 }
 
+/// Where a step takes nearly all light, what is at its front is what is seen.
+#[test]
+fn what_is_in_front_hides_what_is_behind_within_a_step() {
+    let grid = Grid::new([40, 9, 9], |[x, _, _]| 10.0 * x);
+    // From clear to opaque within a tenth of a cell, from red to blue within a cell.
+    let transfer = Transfer::new(&[
+        knot(150.0, [1.0, 0.0, 0.0], 0.0),
+        knot(151.0, [0.9, 0.0, 0.1], 20.0),
+        knot(160.0, [0.0, 0.0, 1.0], 20.0),
+    ]);
+    let mut rays = Rays::default();
+    for i in 0..64 {
+        let y = 1.0 + 0.1 * i as f32;
+        rays.push([-1.0, y, 4.0], [45.0, 7.0 - 0.05 * i as f32, 4.0]);
+    }
+    for token in AnyToken::available() {
+        let field = grid.field();
+        let fine = rays.march(token, march(&field, &transfer, 1.0 / 32.0), &IDENTITY);
+        let coarse = rays.march(token, march(&field, &transfer, 0.5), &IDENTITY);
+        for (coarse, fine) in coarse.iter().flatten().zip(fine.iter().flatten()) {
+            assert!((coarse - fine).abs() < 0.02, "{coarse} for {fine}");
+        }
+    }
+}
+
+/// Against a walk in double precision from each plane halfway between samples to the next.
+#[test]
+fn borders_of_labels_are_exact() {
+    let size = [21, 14, 11];
+    let label = |p: [usize; 3]| (noise((p[0] + 64 * p[1] + 4096 * p[2]) as u32) * 3.0) as u8;
+    let grid = Grid::new(size, |p| label(p.map(|x| x as usize)));
+    let looks = [([0.0, 0.0, 0.0], 0.0), ([1.0, 0.2, 0.1], 0.2), ([0.1, 0.3, 1.0], 0.9)];
+    let knots = looks.iter().enumerate().flat_map(|(label, &(color, extinction))| {
+        [knot(label as f32 - 0.5, color, extinction), knot(label as f32 + 0.5, color, extinction)]
+    });
+    let transfer = Transfer::new(&knots.collect::<Vec<_>>());
+    let mut rays = scattered(200, [20.0, 13.0, 10.0], 31);
+    // Along axes, and along planes.
+    for i in 0..20 {
+        let at = i as f32 * 0.25;
+        rays.push([-1.0, at, 3.3], [25.0, at, 3.3]);
+        rays.push([at, 3.3, 14.0], [at, 3.3, -1.0]);
+    }
+    let expected = |i: usize| {
+        let ray = |axis: usize| (f64::from(rays.origins[axis][i]), f64::from(rays.directions[axis][i]));
+        let (mut near, mut far) = (0.0_f64, 1.0_f64);
+        let mut ends = Vec::new();
+        for axis in 0..3 {
+            let (o, d) = ray(axis);
+            let last = (size[axis] - 1) as f64;
+            if d == 0.0 {
+                continue;
+            }
+            (near, far) = (near.max((-o / d).min((last - o) / d)), far.min((-o / d).max((last - o) / d)));
+            ends.extend((0..size[axis]).map(|k| (k as f64 + 0.5 - o) / d));
+        }
+        ends.retain(|t| near < *t && *t < far);
+        ends.extend([near, far]);
+        ends.sort_by(f64::total_cmp);
+        let length = (0..3).map(|axis| ray(axis).1.powi(2)).sum::<f64>().sqrt();
+        let mut light = [0.0, 0.0, 0.0, 1.0];
+        for pair in ends.windows(2).filter(|_| near < far) {
+            let middle = [0, 1, 2].map(|axis| ray(axis).0 + ray(axis).1 * (pair[0] + pair[1]) / 2.0);
+            let (color, extinction) = looks[usize::from(label(middle.map(|x| (x + 0.5).floor() as usize)))];
+            let through = (-f64::from(extinction) * (pair[1] - pair[0]) * length).exp();
+            for channel in 0..3 {
+                light[channel] += light[3] * (1.0 - through) * f64::from(color[channel]);
+            }
+            light[3] *= through;
+        }
+        light
+    };
+    for token in AnyToken::available() {
+        let field = grid.field();
+        let march = March { between: Between::Nearest, ..march(&field, &transfer, 0.5) };
+        for (i, found) in rays.march(token, march, &IDENTITY).into_iter().enumerate() {
+            for (found, expected) in found.into_iter().zip(expected(i)) {
+                assert!(close(found, expected, 1.1e-3), "ray {i}: {found} for {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_seen_is_passed_by() {
     // A bright ball in nothing.

@@ -34,7 +34,7 @@ use super::volumes::RawOptions;
 ///
 /// Without a subcommand: opens the scene in a window if there is a display, else writes mobula.png.
 #[derive(Debug, Parser)]
-#[command(name = "mobula", version, args_conflicts_with_subcommands = true, after_help = scenes_help())]
+#[command(name = "mobula", version, after_help = scenes_help())]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -165,8 +165,8 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) background: Option<Given<Arc<dyn Background>>>,
 
-    /// Fog, for the renderer `raytracer`: of light that goes x units through it exp(-DENSITY x) is left; its colour as that of
-    /// the background [default: none]
+    /// Fog, for the renderer `raytracer`: of light that goes x units through it exp(-DENSITY x) is left; its colour is written as that
+    /// of the background, and pale grey if not given [default: no fog]
     #[arg(long, value_name = "DENSITY[,COLOUR]", value_parser = as_given(fog))]
     pub(crate) fog: Option<Given<Fog>>,
 

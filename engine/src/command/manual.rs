@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use clap::CommandFactory;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory};
 use clap_complete::Shell;
 use clap_mangen::Man;
 
@@ -44,13 +45,20 @@ pub(crate) fn misspelt(scenes: &[PathBuf]) -> Option<String> {
     if word.exists() || text.contains(['.', '/', ':']) {
         return None;
     }
-    if names().iter().any(|name| name == text) {
-        return Some(format!("options belong behind the command: mobula {text} ..."));
-    }
     // As clap itself suggests.
     let likeness = |name: &String| strsim::jaro(name, &text.to_lowercase());
     let best = names().into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
     (likeness(&best) > 0.7).then(|| format!("there is no command {text:?} and no such file; is it `mobula {best}`?"))
+}
+
+/// What to say where options of a subcommand stand before it.
+pub(crate) fn misplaced(found: &ArgMatches) -> Option<Failure> {
+    let name = found.subcommand_name()?;
+    let given = |id: &&str| *id != "quiet" && found.value_source(id) == Some(ValueSource::CommandLine);
+    found.ids().map(|id| id.as_str()).find(given)?;
+    Some(Failure::Usage(format!(
+        "only --quiet may stand before the command; the rest belongs behind it: mobula {name} ..."
+    )))
 }
 
 fn names() -> Vec<String> {

@@ -25,12 +25,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
 use mobula::light::Point;
 use mobula::load::{Loaded, Place, printable};
 use mobula::pipeline::{Config, Pipeline};
+use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::scene::Geometries;
 use mobula::stack::Scene;
@@ -70,11 +71,15 @@ fn quiet() -> bool {
 /// Runs the command line; returns the exit status.
 pub(crate) fn run() -> ExitCode {
     signals::fail_on_abort();
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let parsed = Cli::command().try_get_matches().and_then(|found| Ok((Cli::from_arg_matches(&found)?, found)));
+    let (cli, found) = match parsed {
+        Ok(parsed) => parsed,
         Err(answer) => return answered(&answer),
     };
     QUIET.store(cli.quiet, Ordering::Relaxed);
+    if let Some(failure) = manual::misplaced(&found) {
+        return end(&failure);
+    }
     let result = match &cli.command {
         Some(Command::Render(options)) => render::render(options),
         Some(Command::Scale(options)) => scale::scale(options),
@@ -214,6 +219,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
     let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, options.raw.raw())?;
+    shown::without_effect(&scene, &options.volumes).iter().for_each(|warning| say!("mobula: warning: {warning}"));
     let (shown, volume_seconds) = render::timed(|| shown::show(&mut scene, &options.volumes, &place, on_demand));
     shown?;
     scene.up = options.up.0.or(scene.up);
@@ -225,6 +231,9 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     }
     if let Some(background) = &options.background {
         scene.background = Arc::clone(&background.value);
+    }
+    if !scene.media.is_empty() && settings.renderer != RendererKind::Raytracer {
+        say!("mobula: warning: the renderer {} shows no media (--transfer, --fog); raytracer does", settings.renderer);
     }
     let build = Build::from(settings.acceleration);
     let building = || -> Result<_, Failure> {

@@ -7,17 +7,14 @@ use mobula::camera::Up;
 use mobula::geometry::{Field, IsoSurfaces, Series};
 use mobula::load::{Place, load_transfer, printable};
 use mobula::material::Phong;
-use mobula::medium::{self, Between};
+use mobula::medium::{self, Between, DEFAULT_STEP};
 use mobula::scene::SceneDescription;
 use mobula::volume::{Grid, Preset, Statistics, TransferFunction, Volume};
 
 use super::args::VolumeOptions;
 use super::failure::Failure;
-use super::tell;
 use super::values::{Plane, Point, Shading, Transfer};
-
-/// The longest step through labels, in cells: where one begins is not known better.
-const LABEL_STEP: f32 = 0.125;
+use super::{say, tell};
 
 /// Colours of iso-surfaces, in the order of their values: bone, skin, and others that are told apart from these.
 const COLORS: [[f32; 3]; 6] = [
@@ -58,6 +55,65 @@ pub(crate) fn show(
         scene.volumes.push(volume);
     }
     Ok(())
+}
+
+/// Which options do nothing in a scene, and why: a line each.
+pub(crate) fn without_effect(scene: &SceneDescription, options: &VolumeOptions) -> Vec<String> {
+    let VolumeOptions { iso, transfer, shading, step_length, volume_origin, transparent, cut, step, .. } = options;
+    let media = [("--shading", *shading != Shading::Auto), ("--step-length", *step_length != DEFAULT_STEP)];
+    let others = [
+        ("--iso", !iso.is_empty()),
+        ("--transfer", !transfer.is_empty()),
+        ("--volume-origin", volume_origin.is_some()),
+        ("--transparent", !transparent.is_empty()),
+        ("--cut", !cut.is_empty()),
+        ("--step", *step > 0),
+    ];
+    let names = |options: &[(&str, bool)]| {
+        let given = options.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect::<Vec<_>>();
+        (!given.is_empty()).then(|| given.join(", "))
+    };
+    let mut warnings = Vec::new();
+    if scene.volumes.is_empty() {
+        warnings.extend(names(&[&others[..], &media].concat()).map(|names| format!("{names}: there is no volume")));
+    } else if transfer.is_empty() {
+        warnings.extend(names(&media).map(|names| format!("{names}: this is for --transfer, which is not given")));
+    } else if transfer.len() > scene.volumes.len() {
+        let (more, volumes) = (transfer.len() - scene.volumes.len(), scene.volumes.len());
+        warnings.push(format!("--transfer: there are {more} more of it than volumes ({volumes})"));
+    }
+    if !scene.volumes.is_empty() && !transfer.is_empty() && iso.is_empty() && !transparent.is_empty() {
+        warnings.push("--transparent: this is for iso-surfaces, of which there are none".to_owned());
+    }
+    for volume in &scene.volumes {
+        let flat = |grid: &Arc<Grid>| grid.dims().iter().any(|&samples| samples < 2);
+        if volume.steps.iter().any(flat) {
+            let name = printable(&volume.name);
+            warnings.push(format!("{name}: there is nothing between samples where an axis has only one of them"));
+        }
+        warnings.extend(imprecise(volume));
+    }
+    warnings
+}
+
+/// What to say about a volume whose values are not told apart, or not lit, in single precision.
+fn imprecise(volume: &Volume) -> Option<String> {
+    // As they are stored: in whole numbers of 8 and 16 bits all is well, whatever these stand for.
+    let stored = |grid: &Arc<Grid>| grid.range().map(|range| range.map(|value| grid.voxel_of(value)));
+    let [low, high] = volume.steps.iter().filter_map(stored).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;
+    let (size, width) = (low.abs().max(high.abs()), (high - low).abs());
+    let name = printable(&volume.name);
+    if width > 0.0 && width < size * f64::from(f32::EPSILON) * 256.0 {
+        return Some(format!(
+            "{name}: values differ by {width:e} at {size:e}, which single precision hardly tells apart: subtract what they share"
+        ));
+    }
+    if width > 1e20 || (width > 0.0 && width < 1e-20) {
+        return Some(format!(
+            "{name}: values differ by {width:e}, too much or too little for lights and colours: scale them to between 1e-20 and 1e20"
+        ));
+    }
+    None
 }
 
 /// The steps of a volume, made ready for rays. Behind its last step comes its first again, up to the last step of any volume.
@@ -116,9 +172,6 @@ fn add_medium(
         shown = shown.with_window(window.0);
     }
     (shown.lit, shown.step, shown.cuts) = (lit, options.step_length, cuts.to_vec());
-    if labels {
-        shown.step = shown.step.min(LABEL_STEP);
-    }
     shown.between = if labels { Between::Nearest } else { Between::Linear };
     scene.media.push(Arc::new(shown));
     Ok(())
@@ -187,7 +240,7 @@ fn add_surfaces(
     } else {
         let [low, high] = series.range();
         for value in values.iter().filter(|value| !(low < **value && **value <= high)) {
-            tell!("mobula: warning: {name} has no surface at {value}: its values are from {low} to {high}");
+            say!("mobula: warning: {name} has no surface at {value}: its values are from {low} to {high}");
         }
     }
     let material = |number: usize| {

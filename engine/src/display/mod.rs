@@ -4,6 +4,8 @@
 //! pictures on: a PNG file, a window, nothing.
 
 pub mod png;
+#[cfg(feature = "window")]
+mod sheet;
 pub mod stereo;
 #[cfg(feature = "window")]
 pub mod window;

@@ -9,6 +9,7 @@ use winit::event_loop::EventLoopProxy;
 use super::news::News;
 use crate::app::RayCounts;
 use crate::display::png::write_png;
+use crate::display::sheet::Sheet;
 use crate::pipeline::{Display, Picture, Shown};
 
 /// What the window and the pipeline share.
@@ -29,6 +30,8 @@ pub(super) struct Shared {
     pub(super) rays_per_frame: u64,
     rays_before: u64,
     screenshot: Option<Screenshot>,
+    /// What is laid over the picture.
+    pub(super) sheet: Option<Sheet>,
 }
 
 /// A screenshot that is wanted.
@@ -68,8 +71,16 @@ impl Screen {
 }
 
 impl Shared {
+    /// Row `y` of what is shown in a window of a size: the picture, and the sheet over it.
+    pub(super) fn fill_row(&self, size: [usize; 2], y: usize, row: &mut [u32]) {
+        self.fill_from_picture(size, y, row);
+        if let Some(sheet) = &self.sheet {
+            sheet.cover(size, y, row);
+        }
+    }
+
     /// Row `y` of the picture, enlarged or shrunk to a size; black before the first picture.
-    pub(super) fn fill_row(&self, [width, height]: [usize; 2], y: usize, row: &mut [u32]) {
+    fn fill_from_picture(&self, [width, height]: [usize; 2], y: usize, row: &mut [u32]) {
         let [from_width, from_height] = self.size;
         if self.pixels.is_empty() {
             row.fill(0);

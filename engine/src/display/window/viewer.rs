@@ -24,6 +24,7 @@ use super::volumes::VolumeControls;
 use crate::app::{Chosen, Settings, State};
 use crate::balance::BalancerKind;
 use crate::camera::View;
+use crate::display::sheet::Sheet;
 use crate::image::Size;
 use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
 use crate::renderer::RendererKind;
@@ -170,10 +171,23 @@ impl Viewer {
             Action::Slower => self.volumes.speed(0.5),
             Action::Screenshot => self.take_screenshot(),
             Action::Reset => self.look(self.first_view),
-            Action::Help => tell(format_args!("{HELP}")),
+            Action::Help => self.show_or_hide_help(),
             Action::Close => events.exit(),
         }
         self.title_soon();
+    }
+
+    fn show_or_hide_help(&mut self) {
+        let mut shared = self.screen.lock();
+        shared.sheet = if shared.sheet.is_some() { None } else { Some(Sheet::of_text(HELP)) };
+        let shown = shared.sheet.is_some();
+        drop(shared);
+        if shown {
+            tell(format_args!("{HELP}"));
+        }
+        if let Some(Open { window, .. }) = &self.open {
+            window.request_redraw();
+        }
     }
 
     fn set_threads(&mut self, threads: usize) {

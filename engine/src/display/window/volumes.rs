@@ -117,6 +117,7 @@ impl VolumeControls {
             text += &format!(", iso {}", joined(values, ", "));
         }
         if let Some(([level, width], _)) = &self.shown.window {
+            let [level, width] = [level, width].map(|value| rounded(*value, width / 1000.0));
             text += &format!(", {}, level {level}, width {width}", self.transfer.join(", "));
         }
         if self.shown.steps > 1 {
