@@ -71,6 +71,7 @@
 //! | [`query`] | meshes in, rays in, hits out: no packet to be seen |
 //! | [`oracle`] | what is true: naive `f64` tests with a margin, which tests hold everything else against |
 //! | [`traverse`] | how packets, streams and single rays find what they hit |
+//! | [`cloud`] | particles: spheres with attributes, cropped by their values |
 //! | [`volume`] | grids of samples, and the surfaces of equal value in them |
 //! | [`bvh`] | the tree of eight children a node, and its builders |
 //! | [`leaf`] | what is in a leaf: blocks of triangles or spheres, and your own kind |
@@ -88,6 +89,7 @@ extern crate alloc;
 
 pub mod any_hit;
 pub mod bvh;
+pub mod cloud;
 pub mod column;
 pub mod kernel;
 // Unit tests do without it: it would be compiled for them a second time.

@@ -64,13 +64,14 @@ impl Session {
     /// Gives the window the keyboard, and waits until it hears it.
     fn focus(&self) {
         self.xdotool(&format!("windowfocus --sync {}", self.window));
-        // While the first keys of a virtual keyboard make it known to all, one may be missed. This one changes nothing twice.
+        // While the first keys of a virtual keyboard make it known to all, one may be missed. This one shows the help, and hides it.
         let lines = || self.said.lock().unwrap().len();
         let before = lines();
         wait("help", || {
             self.xdotool("key h");
             lines() > before
         });
+        self.xdotool("key h");
     }
 
     /// The same with a scene of the options.
@@ -197,6 +198,11 @@ fn keys_mouse_size_and_screenshots() {
     assert_eq!(done.code, Some(0), "{done:?}");
     let read = |name: &str| fs::read(session.folder.0.join(name)).unwrap();
     assert!(read("mobula-0001.png") == read("same.png"), "the screenshot differs from the rendered file");
+    // Help is laid over the picture, and is gone again.
+    session.xdotool("key h");
+    wait("help over the picture", || session.pixels().is_none_or(|pixels| pixels != first));
+    session.xdotool("key h");
+    wait("the picture alone", || session.pixels().is_none_or(|pixels| pixels == first));
 
     session.xdotool("mousemove 100 100 mousedown 1 mousemove --sync 160 130 mouseup 1");
     let turned = session.screenshot(2);

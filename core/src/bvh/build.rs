@@ -11,7 +11,7 @@ use super::memory::{filled, zeroed};
 use super::morton::{self, Morton};
 use super::reference::{self, Reference};
 use super::sah::{Range, Sah};
-use super::wide::{Branch, Topology};
+use super::wide::{Branch, Shape, Topology};
 use super::{Bvh, Child, Join, Node, WideBvh};
 use crate::kernel::margin::Frame;
 use crate::leaf::{BLOCK, Block, Bounds, SphereBlock, TriangleBlock};
@@ -44,7 +44,7 @@ impl<B: Block> Bvh<B> {
         let frame = frame(samples(count).filter_map(|i| B::bounds(&primitive(i))));
         let unit = unit(&frame);
         let (mut references, centroids) = references::<B>(count, unit, join, &primitive);
-        let mut topology = Topology::default();
+        let mut topology = Topology::new(if B::COMPACT { Shape::Compact } else { Shape::Exact });
         let mut bvh = WideBvh {
             nodes: Vec::new(),
             leaves: Vec::new(),
@@ -58,11 +58,11 @@ impl<B: Block> Bvh<B> {
         match quality {
             Quality::Fast => {
                 let mut keys = morton::sorted(join, &references, &centroids.among(&frame, unit));
-                bvh.root = topology.root(join, &Morton { references: &references }, &mut keys[..]);
+                bvh.root = topology.root(join, &Morton { references: &references, full: B::COMPACT }, &mut keys[..]);
                 topology.emit(&mut bvh, join, &primitive, |i| morton::index(keys[i]));
             }
             Quality::Good => {
-                let sah = Sah { token: AnyToken::detect() };
+                let sah = Sah { token: AnyToken::detect(), full: B::COMPACT };
                 bvh.root = topology.root(join, &sah, Range::new(&mut references));
                 topology.emit(&mut bvh, join, &primitive, |i| reference::index(&references[i]));
             }
@@ -101,7 +101,7 @@ impl Topology {
         primitive: &(impl Fn(usize) -> B::Primitive + Sync),
         number: impl Fn(usize) -> u32 + Sync,
     ) {
-        let Self { nodes: branches, counts } = self;
+        let Self { nodes: branches, counts, .. } = self;
         let (nodes, (blocks, starts)) = join.join(
             || {
                 let nodes =

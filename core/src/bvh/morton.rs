@@ -134,6 +134,8 @@ fn by_digits(keys: &mut [Key], room: &mut [Key]) {
 pub(super) struct Morton<'a> {
     /// Of the primitives, by rising numbers.
     pub(super) references: &'a [Reference],
+    /// Are blocks to be full?
+    pub(super) full: bool,
 }
 
 impl Morton<'_> {
@@ -172,7 +174,9 @@ impl<'a> Ranges<'a> for Morton<'_> {
             (range.len() / 2).next_multiple_of(BLOCK)
         } else {
             let bit = 63 - differing.leading_zeros();
-            range.partition_point(|key| key >> bit & 1 == 0)
+            let middle = range.partition_point(|key| key >> bit & 1 == 0);
+            let (full, most) = (middle.next_multiple_of(BLOCK), (range.len() - 1) / BLOCK * BLOCK);
+            if self.full { full.min(most) } else { middle }
         };
         let (left, right) = range.split_at_mut(middle);
         [left, right]

@@ -24,6 +24,8 @@ const FEW: usize = 32;
 /// Ranges of references, split where the heuristic says.
 pub(super) struct Sah {
     pub(super) token: AnyToken,
+    /// Are blocks to be full?
+    pub(super) full: bool,
 }
 
 /// References that become a subtree.
@@ -56,6 +58,9 @@ impl<'a> Ranges<'a> for Sah {
         if middle == 0 || middle == count {
             middle = count / 2;
         }
+        if self.full {
+            middle = at_full_block(references, middle);
+        }
         let (left, right) = references.split_at_mut(middle);
         [Range { references: left, area: areas[0] }, Range { references: right, area: areas[1] }]
     }
@@ -84,6 +89,37 @@ impl Sah {
         });
         (middle, split.areas)
     }
+}
+
+/// Moves a split to where what is left of it are full blocks, with the primitives that are nearest to it.
+fn at_full_block(references: &mut [Reference], mut middle: usize) -> usize {
+    let (count, over) = (references.len(), middle % BLOCK);
+    if over == 0 {
+        return middle;
+    }
+    // Along the axis on which both sides are farthest apart.
+    let (left, right) = references.split_at(middle);
+    let (left, right) = (CentroidBounds::of(left), CentroidBounds::of(right));
+    let mut apart = [0.0; 4];
+    ((right.low + right.high) - (left.low + left.high)).store(&mut apart, 0);
+    let axis = (1..3).fold(0, |best, axis| if apart[axis].abs() > apart[best].abs() { axis } else { best });
+    let rising = apart[axis] >= 0.0;
+    let further = |a: &Reference, b: &Reference| (a[axis] - a[axis + 4] > b[axis] - b[axis + 4]) == rising;
+    if middle - over + BLOCK >= count || over <= BLOCK / 2 && middle > over {
+        for _ in 0..over {
+            let last = (0..middle).fold(0, |last, i| if further(&references[i], &references[last]) { i } else { last });
+            middle -= 1;
+            references.swap(last, middle);
+        }
+    } else {
+        for _ in over..BLOCK {
+            let next = (middle..count)
+                .fold(middle, |next, i| if further(&references[i], &references[next]) { next } else { i });
+            references.swap(next, middle);
+            middle += 1;
+        }
+    }
+    middle
 }
 
 impl<'a> Range<'a> {

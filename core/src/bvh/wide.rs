@@ -1,7 +1,7 @@
 //! From ranges of primitives that know how to split to nodes of eight children.
 //!
 //! A node starts as one range; the child with the greatest weight is split until there are eight or all are small enough
-//! for a leaf. What comes out is the topology: who is whose child, and how many primitives each block takes, in the order
+//! for a leaf. In a [compact](Shape::Compact) tree weights count little: see [`Shape::rank`]. What comes out is the topology: who is whose child, and how many primitives each block takes, in the order
 //! in which the ranges lie. Bounds are the business of [`refit`](super::refit).
 
 use alloc::vec::Vec;
@@ -17,6 +17,42 @@ const GRAIN: usize = 1 << 14;
 const DEPTH: usize = 16;
 /// Entries that a walk's stack needs: seven siblings a level wait while the eighth is walked.
 pub(crate) const STACK: usize = 7 * (DEPTH + 10) + 8;
+
+/// How a tree is put together.
+#[derive(Clone, Copy)]
+pub(super) enum Shape {
+    /// A block in each leaf; the heaviest range is split first.
+    Exact,
+    /// Two blocks in a leaf; few nodes have few children.
+    Compact,
+}
+
+impl Shape {
+    /// The most primitives in a leaf.
+    fn leaf(self) -> usize {
+        match self {
+            Self::Exact => BLOCK,
+            Self::Compact => 2 * BLOCK,
+        }
+    }
+
+    /// How soon a range of `count` primitives is split in a node: the greatest number first, below 0 never.
+    ///
+    /// In a compact tree, first the first range that is more than a node of leaves holds: so ranges of all sizes come to be, and not all
+    /// nodes just above the leaves have few children at once. Then the smallest that a leaf cannot hold, which saves the most nodes.
+    /// At last those that could stay leaves, by weight.
+    fn rank(self, count: usize, weight: f32) -> f32 {
+        // NaN counts as 0.
+        let weight = weight.max(0.0);
+        match self {
+            _ if count <= BLOCK => -1.0,
+            Self::Exact => weight,
+            Self::Compact if count > 8 * self.leaf() => f32::INFINITY,
+            Self::Compact if count > self.leaf() => 2.0 + 1.0 / count as f32,
+            Self::Compact => weight / (1.0 + weight),
+        }
+    }
+}
 
 /// Ranges of primitives in some order, and how they split.
 pub(super) trait Ranges<'a>: Sync {
@@ -37,14 +73,19 @@ pub(super) struct Branch {
 }
 
 /// A tree without bounds. Children are relative to its own nodes and blocks.
-#[derive(Default)]
 pub(super) struct Topology {
+    shape: Shape,
     pub(super) nodes: Vec<Branch>,
     /// How many primitives each block has.
     pub(super) counts: Vec<u8>,
 }
 
 impl Topology {
+    /// Without anything.
+    pub(super) fn new(shape: Shape) -> Self {
+        Self { shape, nodes: Vec::new(), counts: Vec::new() }
+    }
+
     /// The tree of everything; nothing if there is nothing.
     pub(super) fn root<'a, R: Ranges<'a>>(&mut self, join: &impl Join, ranges: &R, range: R::Range) -> Child {
         if R::len(&range) == 0 { Child::EMPTY } else { self.append(join, ranges, range, 0) }
@@ -53,16 +94,17 @@ impl Topology {
     /// Appends the subtree of a range and returns where it is.
     fn append<'a, R: Ranges<'a>>(&mut self, join: &impl Join, ranges: &R, range: R::Range, depth: usize) -> Child {
         let count = R::len(&range);
-        if count <= BLOCK {
-            self.counts.push(count as u8);
-            return Child::leaf(self.counts.len() - 1, 1);
+        if count <= self.shape.leaf() {
+            let first = self.counts.len();
+            self.counts.extend((0..count).step_by(BLOCK).map(|start| (count - start).min(BLOCK) as u8));
+            return Child::leaf(first, self.counts.len() - first);
         }
         let node = self.nodes.len();
         self.nodes.push(Branch { child: [Child::EMPTY; 8], first_block: self.counts.len() as u32 });
-        let (mut children, len) = open(join, ranges, range, depth);
+        let (mut children, len) = open(join, ranges, range, depth, self.shape);
         if count > GRAIN {
             let subtrees = each(join, &mut children[..len], &|child| {
-                let mut subtree = Self::default();
+                let mut subtree = Self::new(self.shape);
                 let root = child.take().map(|child| {
                     let count = R::len(&child);
                     let root = subtree.append(join, ranges, child, depth + 1);
@@ -100,26 +142,26 @@ impl Topology {
     }
 }
 
-/// Splits a range into up to eight children, the heaviest first; they keep their order.
+/// Splits a range into up to eight children, those of the highest rank first; they keep their order.
 fn open<'a, R: Ranges<'a>>(
     join: &impl Join,
     ranges: &R,
     range: R::Range,
     depth: usize,
+    shape: Shape,
 ) -> ([Option<R::Range>; 8], usize) {
     let mut children = [const { None }; 8];
-    let (mut weights, mut len) = ([f32::INFINITY; 8], 1);
+    let (mut ranks, mut len) = ([f32::INFINITY; 8], 1);
     children[0] = Some(range);
     while len < 8 {
-        let heaviest = (0..len).fold(0, |best, i| if weights[i] > weights[best] { i } else { best });
-        let Some(range) = children[heaviest].take_if(|_| weights[heaviest] >= 0.0) else { break };
+        let first = (0..len).fold(0, |best, i| if ranks[i] > ranks[best] { i } else { best });
+        let Some(range) = children[first].take_if(|_| ranks[first] >= 0.0) else { break };
         let parts = ranges.split(join, range, depth >= DEPTH);
-        children[heaviest + 1..=len].rotate_right(1);
-        weights[heaviest + 1..=len].rotate_right(1);
+        children[first + 1..=len].rotate_right(1);
+        ranks[first + 1..=len].rotate_right(1);
         for (i, part) in parts.into_iter().enumerate() {
-            // Leaves are not split.
-            weights[heaviest + i] = if R::len(&part) > BLOCK { R::weight(&part).max(0.0) } else { -1.0 };
-            children[heaviest + i] = Some(part);
+            ranks[first + i] = shape.rank(R::len(&part), R::weight(&part));
+            children[first + i] = Some(part);
         }
         len += 1;
     }

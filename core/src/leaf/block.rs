@@ -24,6 +24,9 @@ pub trait Block: Copy + Send + Sync + Zeroable + 'static {
     type Primitive: Copy;
     /// Four unused places.
     const EMPTY: Self;
+    /// Are trees to be small rather than exact in their bounds? Then all blocks but the last are full, leaves have two, and nodes that
+    /// can have eight children mostly do. For primitives of about one size that fill space.
+    const COMPACT: bool = false;
     /// What no ray hits.
     const NOWHERE: Self::Primitive;
     /// Four primitives with all that is the same for every ray of a packet worked out.
@@ -72,7 +75,31 @@ pub trait Block: Copy + Send + Sync + Zeroable + 'static {
     fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32);
 }
 
-impl<B: Block> Leaf for Vec<B> {
+/// Leaves of blocks, and which of their primitives there are.
+pub trait Blocks: Send + Sync {
+    /// What they are.
+    type Block: Block;
+
+    /// All of them.
+    fn blocks(&self) -> &[Self::Block];
+
+    /// Which primitives of a block rays can hit, a bit each.
+    #[inline(always)]
+    fn shown(&self, _block: usize) -> u32 {
+        u32::MAX
+    }
+}
+
+impl<B: Block> Blocks for Vec<B> {
+    type Block = B;
+
+    #[inline(always)]
+    fn blocks(&self) -> &[B] {
+        self
+    }
+}
+
+impl<L: Blocks> Leaf for L {
     #[inline(always)]
     fn packet<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
         &self,
@@ -85,15 +112,19 @@ impl<B: Block> Leaf for Vec<B> {
     ) -> u32 {
         let size = group_size(N);
         let axis = frusta.axis();
-        let Some(blocks) = self.get(leaf) else { return 0 };
+        let Some(blocks) = self.blocks().get(leaf.clone()) else { return 0 };
         let all = token.mask(u32::MAX);
         let mut changed = 0;
-        for block in blocks {
+        for (block, number) in blocks.iter().zip(leaf) {
+            let shown = self.shown(number);
+            if shown & (1 << BLOCK) - 1 == 0 {
+                continue;
+            }
             let prepared = block.prepare::<N, COMMON_ORIGIN>(rays);
             // A group that is one vector is tested in less time than bounded.
             let touched = match frusta.shears() {
                 Some(shears) if size > T::LANES || !groups.is_power_of_two() => {
-                    B::touched::<T, N>(token, &prepared, axis, shears)
+                    L::Block::touched::<T, N>(token, &prepared, axis, shears)
                 }
                 _ => [u32::MAX; BLOCK],
             };
@@ -103,12 +134,16 @@ impl<B: Block> Leaf for Vec<B> {
                 if id == NO_HIT {
                     break;
                 }
+                if shown >> i & 1 == 0 {
+                    continue;
+                }
                 while groups != 0 {
                     let group = groups.trailing_zeros() as usize % GROUPS;
                     groups &= groups - 1;
                     let mut at = group * size;
                     while at < (group + 1) * size {
-                        let (hit, t) = B::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, rays, at, all);
+                        let (hit, t) =
+                            L::Block::test::<T, N, COMMON_ORIGIN, false>(token, &prepared, i, axis, rays, at, all);
                         // In a wide vector a hit is as likely as none: a branch would be guessed wrong.
                         if T::LANES >= 8 || hit.any() {
                             changed |= u32::from(sink.record(token, rays, at, hit, t, id)) << group;
@@ -130,20 +165,27 @@ impl<B: Block> Leaf for Vec<B> {
         sink: &mut S,
         active: u64,
     ) {
-        let Some(blocks) = self.get(leaf) else { return };
-        for block in blocks {
+        let Some(blocks) = self.blocks().get(leaf.clone()) else { return };
+        for (block, number) in blocks.iter().zip(leaf) {
+            let shown = self.shown(number);
+            if shown & (1 << BLOCK) - 1 == 0 {
+                continue;
+            }
             let prepared = block.prepare::<W, false>(rays);
             for i in 0..BLOCK {
                 let id = block.ids()[i];
                 if id == NO_HIT {
                     break;
                 }
+                if shown >> i & 1 == 0 {
+                    continue;
+                }
                 let mut at = 0;
                 while at < W {
                     let among = (active >> at) as u32 & (u32::MAX >> (32 - T::LANES));
                     if among != 0 {
                         let among = token.mask(among);
-                        let (hit, t) = B::test::<T, W, false, true>(token, &prepared, i, 0, rays, at, among);
+                        let (hit, t) = L::Block::test::<T, W, false, true>(token, &prepared, i, 0, rays, at, among);
                         if hit.any() {
                             sink.record(token, rays, at, hit, t, id);
                         }
@@ -162,12 +204,16 @@ impl<B: Block> Leaf for Vec<B> {
         ray: &mut SingleRay<T>,
         hit: &mut SingleHit<'_>,
     ) {
-        let Some(blocks) = self.get(leaf) else { return };
-        for block in blocks {
+        let Some(blocks) = self.blocks().get(leaf.clone()) else { return };
+        for (block, number) in blocks.iter().zip(leaf) {
+            let shown = self.shown(number);
+            if shown & (1 << BLOCK) - 1 == 0 {
+                continue;
+            }
             let mut first = 0;
             while first < BLOCK {
                 let (hits, t) = block.test_single(token, ray, first);
-                let mut hits = hits.bits();
+                let mut hits = hits.bits() & shown >> first;
                 if hits != 0 {
                     let mut distance = [0.0; 16];
                     t.store(&mut distance, 0);
@@ -191,7 +237,7 @@ impl<B: Block> Leaf for Vec<B> {
 
     #[inline(always)]
     fn prefetch(&self, leaf: Range<usize>) {
-        if let Some(block) = self.get(leaf.start) {
+        if let Some(block) = self.blocks().get(leaf.start) {
             prefetch(block);
         }
     }

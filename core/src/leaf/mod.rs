@@ -13,7 +13,7 @@ use core::ops::Range;
 
 use mobula_simd::Token;
 
-pub use block::{BLOCK, Block};
+pub use block::{BLOCK, Block, Blocks};
 pub use bounds::Bounds;
 pub(crate) use bounds::{FOUR, Four};
 pub use sphere_block::SphereBlock;

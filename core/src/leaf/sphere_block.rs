@@ -34,6 +34,7 @@ impl Block for SphereBlock {
     /// `[x, y, z, radius]`.
     type Primitive = [f32; 4];
     const EMPTY: Self = Self { center: [[f32::NAN; BLOCK]; 3], radius: [f32::NAN; BLOCK], ids: [NO_HIT; BLOCK] };
+    const COMPACT: bool = true;
     const NOWHERE: [f32; 4] = [f32::NAN; 4];
 
     /// Vectors from the centres to the common origin, or the centres.

@@ -2,6 +2,7 @@
 
 mod analytic;
 mod bad_input;
+mod cloud;
 mod common;
 mod edges;
 mod far;
