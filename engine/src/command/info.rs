@@ -1,7 +1,7 @@
 //! `mobula info`: what is in a file.
 
 use mobula::geometry::Role;
-use mobula::load::printable;
+use mobula::load::{Place, printable};
 use serde_json::json;
 
 use super::args::InfoOptions;
@@ -60,7 +60,9 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     line("format", report.format.to_owned());
     if let Some([low, high]) = report.bounds() {
         let corner = |c: [f32; 3]| {
-            let [x, y, z] = place.back(c);
+            // What was not moved has few digits.
+            let moved = *place != Place::default();
+            let [x, y, z] = if moved { place.back(c).map(|x| x.to_string()) } else { c.map(|x| x.to_string()) };
             format!("({x}, {y}, {z})")
         };
         line("bounds", format!("{} to {}", corner(low), corner(high)));

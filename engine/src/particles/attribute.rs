@@ -91,8 +91,8 @@ mod tests {
             assert_eq!((values.len(), values.get(1)), (3, 2.0));
             assert!(values.get(3).is_nan());
             values.retain(&[true, false, true]);
-            assert_eq!(values.to_f32(), [1.0, 3.0][..]);
-            assert_eq!(values.repeated(2).to_f32(), [1.0, 3.0, 1.0, 3.0][..]);
+            assert_eq!(*values.to_f32(), [1.0, 3.0]);
+            assert_eq!(*values.repeated(2).to_f32(), [1.0, 3.0, 1.0, 3.0]);
         }
     }
 }

@@ -64,7 +64,7 @@ fn read<R: std::io::BufRead>(lines: &mut Lines<R>, frames: &mut Frames<'_>) -> R
             let separator = separator(line);
             let words: Vec<&str> = split(line, separator).collect();
             if words.len() >= 3 && words.iter().all(|word| number(word).is_some()) {
-                let all: Vec<String> = (0..words.len()).map(|at| unnamed(at)).collect();
+                let all: Vec<String> = (0..words.len()).map(unnamed).collect();
                 let all: Vec<&str> = all.iter().map(|name| &**name).collect();
                 let mut first = Rows::new(&all, Some(&words))?;
                 first.add(words.into_iter())?;
