@@ -31,7 +31,11 @@ fn a_small_file_that_speaks_of_many_particles_costs_little() {
             assert!(packed.contains(&format!("of {count} rows of 'vertex'")), "{packed}");
         }
         let nothing = format!("element vertex {count}\nelement point 1\n{XYZ}");
-        assert!(folder.complaint("a.ply", file("ascii", &nothing, &[])).contains("no columns x, y and z"));
+        assert!(
+            folder
+                .complaint("a.ply", [file("ascii", &nothing, &[]), b"1 2 3".to_vec()].concat())
+                .contains("no columns x, y and z")
+        );
         let list = format!("element vertex 1\n{XYZ}element face {count}\nproperty list uint double vertex_indices\n");
         assert!(
             folder

@@ -135,10 +135,26 @@ fn what_is_not_finite_is_left_out_and_counted() {
 #[test]
 fn far_coordinates_are_moved() {
     let folder = Folder::new("ply-far");
-    let text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\nend_header\n\
-                458712.25 5428771.5 112\n458722.25 5428781.5 113";
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nend_header\n\
+                458712.25 5428771.5 112\n458722.25 5428781.5 113\n458712 5428781 112\n458722 5428771 113";
     let loaded = folder.load("a.ply", text).unwrap();
     assert!(loaded.report.warnings[0].contains("far from the origin"), "{:?}", loaded.report);
     let step = &super::only_particles(&loaded).steps[0];
     assert_eq!(loaded.place.back(step.centers[1]), [458_722.25, 5_428_781.5, 113.0]);
+}
+
+#[test]
+fn what_is_behind_the_rows_is_told() {
+    let folder = Folder::new("ply-behind");
+    let header = "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+    let row: [&[_]; 1] = [&[(1.0, "float"), (2.0, "float"), (3.0, "float")]];
+    for encoding in ENCODINGS {
+        let sound = file(encoding, header, &row);
+        folder.step("a.ply", [&sound[..], b"\n \n"].concat());
+        let more = [&sound[..], b"more\n"].concat();
+        assert_eq!(folder.warning("a.ply", more), "a.ply: what is behind the last row is left out");
+        // Elements that are not looked at are no mistake.
+        let edges = file(encoding, &format!("{header}element edge 1\nproperty int a\n"), &row);
+        folder.step("a.ply", [&edges[..], b"more\n"].concat());
+    }
 }

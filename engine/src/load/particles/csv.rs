@@ -104,7 +104,11 @@ fn read<R: std::io::BufRead>(lines: &mut Lines<R>, frames: &mut Frames<'_>) -> R
 
 /// Names of columns, checked where they stand, and what parts them.
 fn named(line: &str, separator: Separator) -> Result<(Separator, Vec<String>), Fault> {
-    let names: Vec<&str> = split(line, separator).collect();
+    let mut names: Vec<&str> = split(line, separator).collect();
+    if names.len() > 3 && names.last().is_some_and(|name| name.is_empty()) {
+        // Behind a separator at the end of the line.
+        names.pop();
+    }
     Rows::new(&names, None)?;
     Ok((separator, names.into_iter().map(str::to_owned).collect()))
 }

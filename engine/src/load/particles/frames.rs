@@ -40,6 +40,8 @@ pub(in crate::load) struct Frames<'a> {
     options: &'a Options,
     place: Option<Place>,
     steps: Vec<Arc<ParticleStep>>,
+    /// The first step that has particles.
+    first: Option<Arc<ParticleStep>>,
     census: Census,
     warnings: Vec<String>,
 }
@@ -47,7 +49,8 @@ pub(in crate::load) struct Frames<'a> {
 impl<'a> Frames<'a> {
     pub(in crate::load) fn new(file: &'a Path, options: &'a Options) -> Self {
         let census = Census::default();
-        Self { file, options, place: options.place, steps: Vec::new(), census, warnings: Vec::new() }
+        let (steps, warnings) = (Vec::new(), Vec::new());
+        Self { file, options, place: options.place, steps, first: None, census, warnings }
     }
 
     /// What people should know.
@@ -76,20 +79,22 @@ impl<'a> Frames<'a> {
             let radius = step.radii.get(i).copied().filter(|radius| radius.is_finite() && *radius > 0.0).unwrap_or(0.0);
             self.census.include(center.into(), radius);
         }
-        if let Some(first) = self.steps.iter().find(|step| !step.centers.is_empty())
-            && !first.goes_with(&step)
-        {
+        if self.first.as_ref().is_some_and(|first| !first.goes_with(&step)) {
             let problem = "the particles of this step have other columns than those of the first";
             return Err(Fault::new(problem, "split the file"));
         }
-        self.steps.push(Arc::new(step));
+        let step = Arc::new(step);
+        if self.first.is_none() && !step.centers.is_empty() {
+            self.first = Some(Arc::clone(&step));
+        }
+        self.steps.push(step);
         Ok(())
     }
 
     /// Where all is put: the first frame with particles says so, if no other file does.
     fn place_of(&mut self, columns: &Columns) -> Place {
-        let (count, first) = (columns.len(), self.steps.iter().all(|step| step.centers.is_empty()));
-        if count == 0 || !first {
+        let count = columns.len();
+        if count == 0 || self.first.is_some() {
             return self.place.unwrap_or_default();
         }
         let positions: Vec<_> = (0..count).step_by(count.div_ceil(SAMPLES)).map(|i| columns.position(i)).collect();
@@ -120,6 +125,8 @@ impl<'a> Frames<'a> {
             return Err(LoadError::new(self.file, problem, "check how it was written"));
         }
         self.warnings.extend(warning);
+        // What is shared would be copied when types are unified.
+        self.first = None;
         let mut particles = Particles { name: display_name(self.file), steps: self.steps };
         particles.unify();
         let scene = SceneDescription {

@@ -38,7 +38,8 @@ impl Rows {
             let is_text = !word.is_empty() && number(word).is_none() && number(&word.replace(',', ".")).is_none();
             let name = if name.is_empty() { format!("column {}", at + 1) } else { (*name).to_owned() };
             let lower = name.to_ascii_lowercase();
-            let element = ["element", "species", "symbol", "atom"].contains(&&*lower) || lower == "type" && is_text;
+            let symbol = ["species", "symbol", "atom", "type"].contains(&&*lower) && is_text;
+            let element = lower == "element" || symbol && !all.iter().any(|name| name.eq_ignore_ascii_case("element"));
             // Text in a column of coordinates is a mistake, which is told of where it stands.
             if is_text && !element && !names::is_axis(&name) {
                 words.push(Word::Text);

@@ -54,12 +54,13 @@ pub(in crate::load) fn looks_like(start: &[u8]) -> bool {
 /// Reads a frame; false at the end of the file.
 fn frame<R: BufRead>(lines: &mut Lines<R>, frames: &mut Frames<'_>) -> Result<bool, Stop> {
     let count = loop {
-        let Some((_, line)) = lines.next(|_| false)? else { return Ok(false) };
+        let Some((number, line)) = lines.next(|_| false)? else { return Ok(false) };
         let line = line.trim();
         if !line.is_empty() {
             let not = || {
                 let problem = format!("{} where the number of atoms should be", quoted(line));
-                Fault::new(problem, "the number of atoms before it may be wrong")
+                let first = "check that it is what its name says";
+                Fault::new(problem, if number == 1 { first } else { "the number of atoms before it may be wrong" })
             };
             break line.parse::<u64>().map_err(|_| not())?;
         }

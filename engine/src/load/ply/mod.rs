@@ -14,12 +14,13 @@ mod mesh;
 mod points;
 mod rows;
 
+use std::io::{self, BufRead};
 use std::path::Path;
 
 use header::{Element, Header};
 use rows::Rows;
 
-use super::input::Input;
+use super::input::{self, Input};
 use super::loaded::Loaded;
 use super::{LoadError, Options};
 
@@ -40,9 +41,34 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
     let load = if faces { mesh::load } else { points::load };
     let mut loaded = load(rows, &header, options)?;
     loaded.report.format = if gzip { "PLY, gzip" } else { "PLY" };
+    let behind = drain(&mut *input.reader).map_err(|error| {
+        let (problem, remedy) = input::explain(&error, gzip);
+        LoadError::new(file, problem, remedy)
+    })?;
+    // Elements behind those that are looked at may be there.
+    let last = if faces { "face" } else { "vertex" };
+    if behind && header.elements.last().is_some_and(|element| element.name == last) {
+        loaded.report.warnings.push(format!("{}: what is behind the last row is left out", file.display()));
+    }
     // What follows gzip data is known once all is read.
     loaded.report.warnings.extend(input.warning(file));
     Ok(loaded)
+}
+
+/// Reads what is left, which says whether packed data is whole; is there anything but white space?
+fn drain(reader: &mut dyn BufRead) -> io::Result<bool> {
+    let mut something = false;
+    loop {
+        let bytes = match reader.fill_buf() {
+            Ok([]) => return Ok(something),
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        something |= !bytes.iter().all(|byte| byte.is_ascii_whitespace() || *byte == 0);
+        let count = bytes.len();
+        reader.consume(count);
+    }
 }
 
 /// Does the start of a file look like PLY?
