@@ -57,7 +57,9 @@ fn same(a: &Loaded, b: &Loaded) -> bool {
     };
     let all = |loaded: &Loaded| {
         let steps = loaded.scene.particles.iter().flat_map(|particles| &particles.steps);
-        steps.map(|step| (bits(step), step.cell.map(|cell| cell.map(|edge| edge.map(f32::to_bits))))).collect::<Vec<_>>()
+        steps
+            .map(|step| (bits(step), step.cell.map(|cell| cell.map(|edge| edge.map(f32::to_bits)))))
+            .collect::<Vec<_>>()
     };
     all(a) == all(b)
 }

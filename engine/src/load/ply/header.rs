@@ -86,7 +86,9 @@ impl Header {
             Err(stop) => return Err((lines.number, stop)),
         };
         self.lines = lines.number;
-        self.bytes += line.len() as u64 + 1;
+        // Of a byte that is no text a character of three bytes was made.
+        let bytes = |c: char| if c == char::REPLACEMENT_CHARACTER { 1 } else { c.len_utf8() as u64 };
+        self.bytes += line.chars().map(bytes).sum::<u64>() + 1;
         self.understand(line.trim(), encoding).map_err(|fault| (lines.number, fault.into()))
     }
 
@@ -191,6 +193,13 @@ mod tests {
             vertex.properties[1],
             Property { name: "a".into(), kind: VoxelType::I32, list: Some(VoxelType::U8) }
         );
+    }
+
+    #[test]
+    fn bytes_are_counted_that_are_no_text() {
+        let mut bytes = &b"ply\nformat ascii 1.0\ncomment \xff\xe9\xff\nend_header\n"[..];
+        let length = bytes.len() as u64;
+        assert_eq!(Header::read(&mut bytes).map_err(|_| ()).unwrap().bytes, length);
     }
 
     #[test]
