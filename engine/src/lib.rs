@@ -49,6 +49,7 @@
 //! | [`balance`] | load balancers: who gets which part of a frame's work |
 //! | [`image`] | frame buffers |
 //! | [`output`] | files that are whole or not there |
+//! | [`particles`] | points with scalar attributes |
 //! | [`volume`] | scalar values on regular grids |
 //! | [`color`] | from linear colours to bytes |
 //! | [`progress`] | how far long work has come |
@@ -77,6 +78,7 @@ pub mod math;
 pub mod medium;
 pub mod output;
 pub mod packet;
+pub mod particles;
 pub mod pipeline;
 pub mod prelude;
 pub mod progress;

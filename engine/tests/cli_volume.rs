@@ -105,7 +105,7 @@ fn raw_files_are_what_options_say() {
             1,
             "a.raw: 4 bytes of voxels missing: 2 x 2 x 5 voxels of type u8",
         ),
-        (&[], 1, "a.raw: this is in no format that Mobula knows; for voxels say of which: --raw-dims"),
+        (&[], 1, "a.raw: this is in no format that Mobula knows; say of what: --raw-dims"),
     ] {
         if options.is_empty() {
             // What could be UTF-16 is something else here.

@@ -209,13 +209,14 @@ fn files_that_are_not_there_or_not_obj() {
     let stl = complaint(&folder.write("a.stl", "solid a\n"));
     assert!(
         stl.ends_with(
-            ": this is in STL format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), NRRD (.nrrd, .nhdr), \
-             NIfTI (.nii), MetaImage (.mha, .mhd), each also with .gz, and raw voxels (--raw-dims)"
+            ": this is in STL format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), PLY (.ply), NRRD (.nrrd, \
+             .nhdr), NIfTI (.nii), MetaImage (.mha, .mhd), LAMMPS dump (.lammpstrj, .lammpsdump, .dump), XYZ (.xyz, .extxyz), \
+             CSV (.csv, .tsv), each also with .gz, raw voxels (--raw-dims) and raw particles (--raw-layout)"
         ),
         "{stl}"
     );
-    assert!(complaint(&folder.write("a.xyz", "hello\n")).contains("in no format that Mobula knows"));
-    assert!(complaint(&folder.write("a.ply.gz", gzip(b"ply\nformat"))).contains("in PLY format"));
+    assert!(complaint(&folder.write("a.abc", "hello\n")).contains("in no format that Mobula knows"));
+    assert!(complaint(&folder.write("a.glb.gz", gzip(b"glTF\x02"))).contains("in glTF format"));
     assert!(complaint(&folder.write("e.txt", "")).contains("the file is empty"));
 }
 

@@ -22,13 +22,14 @@ use mobula::traverse::TraverserKind;
 use mobula::volume::Preset;
 use mobula_core::simd::Level;
 
+use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, distance,
-    finite, fog, fov, part, plane, png, point, samples, size, step_length, threads, transfer, up, window,
+    Given, Lengths, Plane, Point, Shading, Tile, Transfer, UpChoice, Window, as_given, at_least_one, background,
+    channels, distance, finite, fog, fov, lengths, part, plane, png, point, samples, size, step_length, threads, tile,
+    transfer, up, window,
 };
-use super::volumes::RawOptions;
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
 ///
@@ -82,7 +83,7 @@ pub(crate) enum Command {
 pub(crate) struct SceneOptions {
     #[arg(value_name = "SCENE", help = format!(
         "Files ({}) or generated scenes (gen:NAME), all shown together; a name may have * ? # for anything, a character, a \
-         digit; volumes whose names differ in a number are steps of time [default: the built-in scene]", extensions()
+         digit; volumes, or particles, whose names differ in a number are steps of time [default: the built-in scene]", extensions()
     ))]
     pub(crate) scenes: Vec<PathBuf>,
 
@@ -180,6 +181,9 @@ pub(crate) struct SceneOptions {
 
     #[command(flatten)]
     pub(crate) volumes: VolumeOptions,
+
+    #[command(flatten)]
+    pub(crate) particles: ParticleOptions,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -219,9 +223,24 @@ pub(crate) struct VolumeOptions {
     #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "X,Y,Z,D", value_parser = plane)]
     pub(crate) cut: Vec<Plane>,
 
-    /// Step of time, from 0
+    /// Step of time, of volumes and particles, from 0
     #[arg(long, help_heading = "Volumes", value_name = "N", default_value_t = 0)]
     pub(crate) step: usize,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ParticleOptions {
+    /// Radius of all particles [default: as files say, or else half of the mean distance of neighbours]
+    #[arg(long, help_heading = "Particles", value_name = "R", value_parser = distance)]
+    pub(crate) radius: Option<f32>,
+
+    /// How often particles are repeated along each edge of their periodic box
+    #[arg(long, help_heading = "Particles", value_name = "NX,NY,NZ", value_parser = tile)]
+    pub(crate) tile: Option<Tile>,
+
+    /// Edges of the periodic box of particles [default: as files say]
+    #[arg(long = "box", help_heading = "Particles", value_name = "X,Y,Z", requires = "tile", value_parser = lengths)]
+    pub(crate) periodic_box: Option<Lengths>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -295,6 +314,10 @@ impl SceneOptions {
         for Plane(numbers) in cut {
             option("cut", joined(numbers.iter().map(f64::to_string).collect()));
         }
+        let ParticleOptions { radius, tile, periodic_box } = &self.particles;
+        option("radius", radius.map(|radius| radius.to_string()));
+        option("tile", tile.and_then(|Tile(times)| joined(times.map(|n| n.to_string()).into())));
+        option("box", periodic_box.and_then(|Lengths(sides)| joined(sides.map(|x| x.to_string()).into())));
         option("fog", self.fog.as_ref().map(|given| given.words.clone()));
         words.join(" ")
     }

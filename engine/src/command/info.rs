@@ -1,30 +1,30 @@
 //! `mobula info`: what is in a file.
 
 use mobula::geometry::Role;
-use mobula::load::printable;
+use mobula::load::{Place, printable};
 use serde_json::json;
 
 use super::args::InfoOptions;
 use super::failure::Failure;
 use super::scene::{gather, grouped};
-use super::volumes;
-use super::{print, print_object};
+use super::{particles, print, print_object, volumes};
 
 /// Counts that the JSON object always has.
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 10] = [
     "vertices",
     "normals",
     "texture_coordinates",
     "faces",
     "triangles",
     "spheres",
+    "particles",
     "groups",
     "degenerate_triangles",
     "non_finite_triangles",
 ];
 
 pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
-    let loaded = gather(&options.files, options.raw.raw())?;
+    let loaded = gather(&options.files, &options.raw)?;
     let (scene, report, place) = (&loaded.scene, &loaded.report, &loaded.place);
     if options.json {
         let materials: Vec<_> = scene.materials.iter().map(|named| named.name.as_str()).collect();
@@ -45,11 +45,13 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
             object[item.key] = json!(count);
         }
         let volumes: Vec<_> = scene.volumes.iter().map(volumes::object).collect();
+        let particles: Vec<_> = scene.particles.iter().map(|particles| particles::object(particles, place)).collect();
         // What is asked for most often: the keys of the first are the scene's too.
-        if let Some(first) = volumes.first().and_then(|first| first.as_object()) {
+        for first in [particles.first(), volumes.first()].into_iter().flatten().filter_map(|first| first.as_object()) {
             first.iter().for_each(|(key, value)| object[key] = value.clone());
         }
         object["volumes"] = json!(volumes);
+        object["particle_sets"] = json!(particles);
         return print_object(&object);
     }
     let files: Vec<_> = options.files.iter().map(|file| file.display().to_string()).collect();
@@ -58,7 +60,9 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     line("format", report.format.to_owned());
     if let Some([low, high]) = report.bounds() {
         let corner = |c: [f32; 3]| {
-            let [x, y, z] = place.back(c);
+            // What was not moved has few digits.
+            let moved = *place != Place::default();
+            let [x, y, z] = if moved { place.back(c).map(|x| x.to_string()) } else { c.map(|x| x.to_string()) };
             format!("({x}, {y}, {z})")
         };
         line("bounds", format!("{} to {}", corner(low), corner(high)));
@@ -74,6 +78,9 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     }
     for (name, value) in scene.volumes.iter().flat_map(volumes::lines) {
         line(name, value);
+    }
+    for (name, value) in scene.particles.iter().flat_map(|particles| particles::lines(particles, place)) {
+        line(&name, value);
     }
     print(&text.trim_end())
 }

@@ -4,9 +4,12 @@
 
 mod args;
 mod failure;
+mod histogram;
 mod info;
 mod manual;
+mod particles;
 mod progress;
+mod raw;
 mod render;
 mod scale;
 mod scene;
@@ -218,10 +221,11 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let (level, threads) = (token.level(), counted(settings.threads, "thread"));
     tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
 
-    let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, options.raw.raw())?;
+    let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, &options.raw)?;
     shown::without_effect(&scene, &options.volumes).iter().for_each(|warning| say!("mobula: warning: {warning}"));
     let (shown, volume_seconds) = render::timed(|| shown::show(&mut scene, &options.volumes, &place, on_demand));
     shown?;
+    particles::show(&mut scene, &options.particles, options.volumes.step, &place)?;
     scene.up = options.up.0.or(scene.up);
     if let Some(values::Point(position)) = options.light {
         scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];

@@ -36,7 +36,7 @@ pub(crate) struct ScaleOptions {
 
     /// Side of a tile in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = TileSize::default().width as u32, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub(crate) tile: u32,
+    pub(crate) tile_size: u32,
 
     /// How far the eye turns from one frame of the projection to the next, in degrees (0.05: 60 degrees a second at 1200
     /// frames a second): frames are planned by what those before them cost
@@ -55,7 +55,7 @@ pub(crate) struct ScaleOptions {
 pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
     let Prepared { mut pipeline, settings, name, .. } = prepare(&options.scene, false, SamplerKind::Single)?;
     pipeline.add_stage(DisplayStage::new().with(0, NullDisplay));
-    let tile = TileSize { width: options.tile as usize, height: options.tile as usize };
+    let tile = TileSize { width: options.tile_size as usize, height: options.tile_size as usize };
     let (rounds, frames) = (options.rounds as usize, options.frames);
     let plan = Plan {
         threads: settings.threads,
@@ -77,7 +77,10 @@ pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
     })?;
     // What is projected from what a busy machine measures is no better than a guess.
     let projected = if measured.is_disturbed() { Vec::new() } else { projections(&measured, &plan) };
-    let title = format!("{name}, {}, {}, tiles of {}x{}", settings.size, settings.balancer, options.tile, options.tile);
+    let title = format!(
+        "{name}, {}, {}, tiles of {}x{}",
+        settings.size, settings.balancer, options.tile_size, options.tile_size
+    );
     if let Some(path) = &options.plot {
         let curves = Curves {
             measured: measured.runs.iter().map(|run| (run.threads as f64, run.speedup)).collect(),

@@ -4,20 +4,21 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mobula::geometry::Role;
-use mobula::load::{self, Loaded, Place, Raw, Report, printable};
+use mobula::load::{self, Loaded, Place, Report, printable};
 use mobula::progress::Progress;
 use mobula::scene::SceneDescription;
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
 use super::progress::watch;
+use super::raw::RawOptions;
 use super::{say, series, tell};
 
 /// More warnings than these are only counted.
 const MOST_WARNINGS: usize = 8;
 
-/// Loads or makes all scenes and joins them into one; none: the built-in scene. `raw` says what is in files of nothing but voxels.
-pub(crate) fn gather(names: &[PathBuf], raw: Option<Raw>) -> Result<Loaded, Failure> {
+/// Loads or makes all scenes and joins them into one; none: the built-in scene. `raw` says what is in files of nothing but numbers.
+pub(crate) fn gather(names: &[PathBuf], raw: &RawOptions) -> Result<Loaded, Failure> {
     let mut place = None;
     let mut parts: Vec<(PathBuf, Loaded)> = Vec::new();
     for name in names {
@@ -38,7 +39,7 @@ pub(crate) fn gather(names: &[PathBuf], raw: Option<Raw>) -> Result<Loaded, Fail
 }
 
 /// Loads or makes one scene, and tells people about it.
-fn open(name: &Path, place: Option<Place>, raw: Option<Raw>) -> Result<Loaded, Failure> {
+fn open(name: &Path, place: Option<Place>, raw: &RawOptions) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let progress = Progress::default();
     let what = format!("loading {}", printable(&name.display().to_string()));
@@ -49,7 +50,7 @@ fn open(name: &Path, place: Option<Place>, raw: Option<Raw>) -> Result<Loaded, F
     Ok(loaded)
 }
 
-fn open_quietly(name: &Path, place: Option<Place>, raw: Option<Raw>, progress: &Progress) -> Result<Loaded, Failure> {
+fn open_quietly(name: &Path, place: Option<Place>, raw: &RawOptions, progress: &Progress) -> Result<Loaded, Failure> {
     match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
         Some(name) if !generate::has_memory(name) => {
             Err(Failure::Output(format!("{name}: there is no memory for this scene")))
@@ -59,7 +60,8 @@ fn open_quietly(name: &Path, place: Option<Place>, raw: Option<Raw>, progress: &
             Failure::UnknownScene(printable(name).into_owned(), known)
         }),
         None => {
-            let options = load::Options { place, raw, progress: progress.clone() };
+            let (raw, raw_particles) = (raw.raw(), raw.particles());
+            let options = load::Options { place, raw, raw_particles, progress: progress.clone() };
             load::load_with(name, &options).map_err(Failure::Load)
         }
     }
@@ -123,7 +125,7 @@ mod tests {
 
     #[test]
     fn the_built_in_scene_is_counted() {
-        let loaded = gather(&[], None).unwrap();
+        let loaded = gather(&[], &RawOptions::default()).unwrap();
         let census = &loaded.report.census;
         assert!(census.count("triangles") > 0 && census.count("spheres") > 0);
         assert_eq!(census.left_out(), 0);

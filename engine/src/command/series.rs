@@ -1,10 +1,11 @@
-//! Files of volumes whose names differ only in a number: the steps of time of one volume.
+//! Files of volumes, or of particles, whose names differ only in a number: the steps of time of one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mobula::load::Loaded;
+use mobula::scene::SceneDescription;
 use mobula::volume::Grid;
 
 use super::failure::Failure;
@@ -91,11 +92,6 @@ fn differ_at(a: &[Part], b: &[Part]) -> Option<usize> {
     }
 }
 
-/// Is it one volume and nothing else?
-fn is_volume(loaded: &Loaded) -> bool {
-    loaded.scene.geometry.is_empty() && loaded.scene.volumes.len() == 1
-}
-
 /// Files of one series.
 struct Series {
     /// The parts of the first name.
@@ -105,8 +101,8 @@ struct Series {
     files: Vec<(Vec<Part>, Loaded)>,
 }
 
-/// Makes one scene of all files that are the steps of time of one volume: whose names differ only in a number, and whose grids
-/// have the same sides, places and types. Others stay what they are.
+/// Makes one scene of all files that are the steps of time of one volume, or of the same particles: whose names differ only in a number,
+/// and whose grids have the same sides, places and types, or whose particles have the same attributes. Others stay what they are.
 pub(crate) fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
     let mut list: Vec<Series> = Vec::new();
     for (name, loaded) in all {
@@ -114,7 +110,7 @@ pub(crate) fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
         let fits = |series: &Series| {
             let first = &series.files[0].1;
             let at = differ_at(&series.parts, &parts).filter(|&at| series.at.is_none_or(|there| there == at));
-            at.filter(|_| is_volume(first) && is_volume(&loaded) && alike(first, &loaded))
+            at.filter(|_| alike(first, &loaded))
         };
         match list.iter_mut().find_map(|series| fits(series).map(|at| (series, at))) {
             Some((series, at)) => {
@@ -127,11 +123,24 @@ pub(crate) fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
     list.into_iter().map(Series::join).collect()
 }
 
-/// Are their grids of the same samples?
+/// Are both one volume of the same samples, or particles with the same attributes, and nothing else?
 fn alike(a: &Loaded, b: &Loaded) -> bool {
-    let grid = |loaded: &Loaded| loaded.scene.volumes.first()?.steps.first().cloned();
-    let samples = |grid: Arc<Grid>| (grid.dims(), *grid.place(), grid.voxels().type_name());
-    grid(a).map(samples) == grid(b).map(samples)
+    let parts = |loaded: &Loaded| {
+        let SceneDescription { geometry, volumes, particles, .. } = &loaded.scene;
+        (geometry.len(), volumes.len(), particles.len())
+    };
+    match (parts(a), parts(b)) {
+        ((0, 1, 0), (0, 1, 0)) => {
+            let grid = |loaded: &Loaded| loaded.scene.volumes.first()?.steps.first().cloned();
+            let samples = |grid: Arc<Grid>| (grid.dims(), *grid.place(), grid.voxels().type_name());
+            grid(a).map(samples) == grid(b).map(samples)
+        }
+        ((0, 0, 1), (0, 0, 1)) => {
+            let sample = |loaded: &Loaded| loaded.scene.particles.first()?.sample().cloned();
+            sample(a).zip(sample(b)).is_some_and(|(a, b)| a.goes_with(&b))
+        }
+        _ => false,
+    }
 }
 
 impl Series {
@@ -142,13 +151,21 @@ impl Series {
         let mut files = self.files.into_iter().map(|(_, loaded)| loaded);
         let mut joined = files.next().expect("at least one");
         for mut loaded in files {
-            let steps = loaded.scene.volumes.drain(..).flat_map(|volume| volume.steps);
-            joined.scene.volumes[0].steps.extend(steps);
+            for (all, volume) in joined.scene.volumes.iter_mut().zip(loaded.scene.volumes.drain(..)) {
+                all.steps.extend(volume.steps);
+            }
+            for (all, particles) in joined.scene.particles.iter_mut().zip(loaded.scene.particles.drain(..)) {
+                all.steps.extend(particles.steps);
+            }
             joined.report.merge(loaded.report);
         }
         if several {
             let name = name(&self.parts, self.at);
-            joined.scene.volumes[0].name.clone_from(&name);
+            joined.scene.volumes.iter_mut().for_each(|volume| volume.name.clone_from(&name));
+            for particles in &mut joined.scene.particles {
+                particles.name.clone_from(&name);
+                particles.unify();
+            }
             joined.scene.name = name;
         }
         joined

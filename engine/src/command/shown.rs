@@ -39,7 +39,11 @@ pub(crate) fn show(
         // As scanners, weather and the ground have it.
         scene.up = scene.up.or(Some(Up::Z));
     }
-    let longest = scene.volumes.iter().map(|volume| volume.steps.len()).max().unwrap_or(0);
+    let steps = scene.volumes.iter().map(|volume| volume.steps.len());
+    let longest = steps.chain(scene.particles.iter().map(|particles| particles.steps.len())).max().unwrap_or(0);
+    if let Some(particles) = scene.particles.first().filter(|_| options.step >= longest) {
+        return Err(no_step(&particles.name, particles.steps.len(), options.step));
+    }
     for (number, mut volume) in std::mem::take(&mut scene.volumes).into_iter().enumerate() {
         if let Some(Point(origin)) = options.volume_origin {
             volume = moved_to(volume, place.put(origin))?;
@@ -67,7 +71,7 @@ pub(crate) fn without_effect(scene: &SceneDescription, options: &VolumeOptions) 
         ("--volume-origin", volume_origin.is_some()),
         ("--transparent", !transparent.is_empty()),
         ("--cut", !cut.is_empty()),
-        ("--step", *step > 0),
+        ("--step", *step > 0 && scene.particles.is_empty()),
     ];
     let names = |options: &[(&str, bool)]| {
         let given = options.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect::<Vec<_>>();
@@ -121,8 +125,7 @@ fn series(volume: &Volume, step: usize, longest: usize, all: bool) -> Result<Ser
     let name = printable(&volume.name);
     let count = volume.steps.len();
     if step >= longest.max(1) || count == 0 {
-        let steps = if count == 1 { "1 step".to_owned() } else { format!("{count} steps") };
-        return Err(Failure::Usage(format!("{name} has {steps} of time, from 0; there is no step {step}")));
+        return Err(no_step(&volume.name, count, step));
     }
     let field = |grid| {
         let field = Field::new(Arc::clone(grid)).map_err(|error| Failure::Output(format!("{name}: {error}")));
@@ -136,6 +139,12 @@ fn series(volume: &Volume, step: usize, longest: usize, all: bool) -> Result<Ser
     let ranges = volume.steps.iter().filter_map(|grid| grid.range());
     let range = ranges.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or_default();
     Ok(Series::new(vec![field(&volume.steps[step % count])?]).of_range(range))
+}
+
+/// The failure where there is no step of a number.
+fn no_step(name: &str, count: usize, step: usize) -> Failure {
+    let (name, steps) = (printable(name), if count == 1 { "1 step".to_owned() } else { format!("{count} steps") });
+    Failure::Usage(format!("{name} has {steps} of time, from 0; there is no step {step}"))
 }
 
 fn add_medium(

@@ -85,6 +85,30 @@ pub(super) fn window(text: &str) -> Result<Window, String> {
     }
 }
 
+/// How often a periodic box is repeated along each of its edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Tile(pub(super) [u32; 3]);
+
+pub(super) fn tile(text: &str) -> Result<Tile, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok(Tile([x, y, z])),
+        _ => Err("write three whole numbers above 0 with commas between them, such as 2,2,2".into()),
+    }
+}
+
+/// Three lengths above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lengths(pub(super) [f64; 3]);
+
+pub(super) fn lengths(text: &str) -> Result<Lengths, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) if [x, y, z].iter().all(|x| x.is_finite() && *x > 0.0) => Ok(Lengths([x, y, z])),
+        _ => Err("write three numbers above 0 with commas between them, such as 0.5,0.5,1.25".into()),
+    }
+}
+
 /// When media of volumes are lit.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shading {
@@ -314,6 +338,14 @@ mod tests {
             assert!(png(name).unwrap_err().ends_with(expected), "{name}: {:?}", png(name));
         }
         assert!(png("b.PNG").is_ok() && png("####.png").is_ok());
+        assert_eq!(tile("2, 1,3"), Ok(Tile([2, 1, 3])));
+        for bad in ["", "2", "2,2", "0,1,1", "-1,1,1", "1,1,1.5", "1,1,99999999999"] {
+            assert!(tile(bad).is_err(), "{bad}");
+        }
+        assert_eq!(lengths("0.5,1,2"), Ok(Lengths([0.5, 1.0, 2.0])));
+        for bad in ["", "1,1", "1,0,1", "1,nan,1", "1,-1,1", "1,inf,1"] {
+            assert!(lengths(bad).is_err(), "{bad}");
+        }
         #[cfg(feature = "window")]
         assert_eq!(["a/b.obj", "a b", "it's", ""].map(quoted), ["a/b.obj", "'a b'", r"'it'\''s'", "''"]);
     }

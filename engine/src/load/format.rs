@@ -5,8 +5,9 @@ use std::path::Path;
 use super::input::{self, Input, Packed};
 use super::loaded::Loaded;
 use super::options::Options;
+use super::particles::{self, csv, lammps, xyz};
 use super::volume::{meta_image, nifti, nrrd, raw};
-use super::{LoadError, obj};
+use super::{LoadError, obj, ply};
 
 /// A format that can be loaded.
 #[derive(Clone, Copy, Debug)]
@@ -24,16 +25,28 @@ pub struct Format {
 /// All formats: a new one is a file and a line here.
 pub const FORMATS: &[Format] = &[
     Format { name: "Wavefront OBJ", extensions: &[".obj"], sniff: obj::looks_like, load: obj::load },
+    Format { name: "PLY", extensions: &[".ply"], sniff: ply::looks_like, load: ply::load },
     Format { name: "NRRD", extensions: &[".nrrd", ".nhdr"], sniff: nrrd::looks_like, load: nrrd::load },
     Format { name: "NIfTI", extensions: &[".nii"], sniff: nifti::looks_like, load: nifti::load },
     Format { name: "MetaImage", extensions: &[".mha", ".mhd"], sniff: meta_image::looks_like, load: meta_image::load },
+    Format {
+        name: "LAMMPS dump",
+        extensions: &[".lammpstrj", ".lammpsdump", ".dump"],
+        sniff: lammps::looks_like,
+        load: lammps::load,
+    },
+    Format { name: "XYZ", extensions: &[".xyz", ".extxyz"], sniff: xyz::looks_like, load: xyz::load },
+    Format { name: "CSV", extensions: &[".csv", ".tsv"], sniff: csv::looks_like, load: csv::load },
 ];
 
 /// What can be loaded, for messages.
 pub(super) fn supported() -> String {
     let format = |format: &Format| format!("{} ({})", format.name, format.extensions.join(", "));
     let formats: Vec<_> = FORMATS.iter().map(format).collect();
-    format!("Mobula loads {}, each also with .gz, and raw voxels (--raw-dims)", formats.join(", "))
+    format!(
+        "Mobula loads {}, each also with .gz, raw voxels (--raw-dims) and raw particles (--raw-layout)",
+        formats.join(", ")
+    )
 }
 
 /// Loads a file, choosing the format by its name and its content; `-` is the standard input.
@@ -57,6 +70,10 @@ pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
         let packed = if name.ends_with(".gz") { Packed::AsItStarts } else { Packed::No };
         return raw::load(file, input::open_bytes(file, &options.progress, packed)?, raw, options);
     }
+    if let (Some(raw), None) = (&options.raw_particles, named) {
+        let packed = if name.ends_with(".gz") { Packed::AsItStarts } else { Packed::No };
+        return particles::raw::load(file, input::open_bytes(file, &options.progress, packed)?, raw, options);
+    }
     let mut input = input::open(file, &options.progress)?;
     if let Some(format) = named {
         return (format.load)(file, input, options);
@@ -68,7 +85,8 @@ pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
     }
     let problem = match known_format(&start, stem) {
         None if [".raw", ".img", ".dat", ".bin", ".vol"].iter().any(|end| stem.ends_with(end)) => {
-            let remedy = "for voxels say of which: --raw-dims X,Y,Z --raw-type u16";
+            let remedy =
+                "say of what: --raw-dims X,Y,Z --raw-type u16 for voxels, --raw-layout x,y,z,radius for particles";
             return Err(LoadError::new(file, "this is in no format that Mobula knows", remedy));
         }
         Some(format) => format!("this is in {format} format, which Mobula cannot load"),
@@ -80,8 +98,7 @@ pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
 
 /// The name of a format that we know but cannot load.
 fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 9] = [
-        (b"ply", "PLY"),
+    const MAGIC: [(&[u8], &str); 8] = [
         (b"glTF", "glTF"),
         (b"solid", "STL"),
         (b"PK\x03\x04", "ZIP"),
@@ -91,9 +108,8 @@ fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
         (b"\x89HDF", "HDF5"),
         (b"CDF", "NetCDF"),
     ];
-    const EXTENSIONS: [(&str, &str); 7] = [
+    const EXTENSIONS: [(&str, &str); 6] = [
         (".stl", "STL"),
-        (".ply", "PLY"),
         (".gltf", "glTF"),
         (".fbx", "FBX"),
         (".dcm", "DICOM"),

@@ -7,16 +7,20 @@
 //! | `options` | how a file is loaded, beside what it says itself |
 //! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
 //! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
+//! | `ply` | PLY: a mesh, or particles |
+//! | `particles` | CSV, XYZ, dumps of LAMMPS and raw numbers: particles |
 //! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
 //! | `transfer` | transfer functions |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
 //! | `lines` | text line by line |
 //! | `input` | plain and gzip files, with a limit on what they unpack to |
+//! | `binary` | numbers out of bytes |
 //! | `text` | numbers as programs write them; names made safe to show |
 //! | `loaded` | what was found in a file |
 //! | `error` | [`LoadError`] |
 
+mod binary;
 mod error;
 mod format;
 mod input;
@@ -27,7 +31,9 @@ mod mtl_check;
 mod obj;
 mod obj_read;
 mod options;
+mod particles;
 mod place;
+mod ply;
 mod polygon;
 mod text;
 mod transfer;
@@ -36,7 +42,7 @@ mod volume;
 pub use error::LoadError;
 pub use format::{FORMATS, Format, load, load_with};
 pub use loaded::{Loaded, Report};
-pub use options::{Options, Raw};
+pub use options::{Options, Raw, RawParticles};
 pub use place::Place;
 pub use text::printable;
 pub use transfer::load_transfer;

@@ -11,6 +11,8 @@ pub struct Options {
     pub place: Option<Place>,
     /// Of which voxels a file is full whose name is that of no format.
     pub raw: Option<Raw>,
+    /// Of which particles such a file is full.
+    pub raw_particles: Option<RawParticles>,
     /// Where the bytes are counted that have been read.
     pub progress: Progress,
 }
@@ -28,4 +30,15 @@ pub struct Raw {
     pub big_endian: bool,
     /// Distances between neighbouring samples.
     pub spacing: [f64; 3],
+}
+
+/// What a file of nothing but the numbers of particles does not say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RawParticles {
+    /// The numbers of each particle, by name; `None`: one that is left out.
+    pub columns: Vec<Option<String>>,
+    /// Their type.
+    pub kind: VoxelType,
+    /// Do numbers start with their most significant byte?
+    pub big_endian: bool,
 }

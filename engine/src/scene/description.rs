@@ -10,6 +10,7 @@ use crate::geometry::Geometry;
 use crate::light::{AmbientLight, Hemisphere, Light};
 use crate::material::{Material, NamedMaterial};
 use crate::medium::Medium;
+use crate::particles::Particles;
 use crate::view::{Up, View};
 use crate::volume::Volume;
 
@@ -22,6 +23,8 @@ pub struct SceneDescription {
     pub geometry: Vec<Arc<dyn Geometry>>,
     /// Volumes, of which iso-surfaces and media are made.
     pub volumes: Vec<Volume>,
+    /// Particles, of which geometry is made.
+    pub particles: Vec<Particles>,
     /// What the geometries' material indices refer to.
     pub materials: Vec<NamedMaterial>,
     /// Where light comes from; none gives the default lights, placed around the geometry.
@@ -45,6 +48,7 @@ impl Default for SceneDescription {
             name: String::new(),
             geometry: Vec::new(),
             volumes: Vec::new(),
+            particles: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
             ambient: Arc::new(Hemisphere::default()),
@@ -79,6 +83,7 @@ impl SceneDescription {
         let shift = self.materials.len() as u32;
         self.geometry.extend(other.geometry.into_iter().map(|geometry| geometry.shift_materials(shift)));
         self.volumes.append(&mut other.volumes);
+        self.particles.append(&mut other.particles);
         self.materials.append(&mut other.materials);
         self.lights.append(&mut other.lights);
         self.media.append(&mut other.media);

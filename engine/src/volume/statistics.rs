@@ -1,11 +1,11 @@
-//! Which values a volume has, and how often.
+//! Which values a volume, or an attribute, has, and how often.
 
-use super::{Grid, Volume, with_voxels};
+use super::{Volume, with_voxels};
 
 /// Parts of equal width that a histogram has.
 pub const BINS: usize = 64;
 
-/// Which values a volume has, all steps of time together.
+/// Which values a volume, or an attribute of particles, has, all steps of time together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics {
     /// The least and the greatest finite value; `None`: there is none.
@@ -14,9 +14,9 @@ pub struct Statistics {
     pub mean: Option<f64>,
     /// How many values are in each part of the range, from the least to the greatest.
     pub histogram: [u64; BINS],
-    /// Voxels that are not numbers.
+    /// Values that are not numbers.
     pub not_numbers: u64,
-    /// Voxels that are infinite.
+    /// Values that are infinite.
     pub infinite: u64,
 }
 
@@ -25,21 +25,24 @@ impl Statistics {
     pub fn of(volume: &Volume) -> Self {
         let mut ends = Ends::default();
         for grid in &volume.steps {
-            with_voxels!(grid.voxels(), |voxels| ends.add(voxels, grid));
+            with_voxels!(grid.voxels(), |voxels| ends.add(voxels, |voxel| grid.value_of(voxel)));
         }
-        let Ends { low, high, sum, finite, not_numbers, infinite } = ends;
-        let mut histogram = [0; BINS];
-        if finite > 0 {
+        ends.with_histogram(|range, histogram| {
             for grid in &volume.steps {
-                with_voxels!(grid.voxels(), |voxels| count(voxels, grid, [low, high], &mut histogram));
+                with_voxels!(grid.voxels(), |voxels| count(voxels, |voxel| grid.value_of(voxel), range, histogram));
             }
-        }
-        let range = (finite > 0).then_some([low, high]);
-        Self { range, mean: range.map(|_| sum / finite as f64), histogram, not_numbers, infinite }
+        })
     }
-}
 
-impl Statistics {
+    /// Those of all values of some lists. Reads them twice.
+    pub fn of_values<V: Copy + Into<f64>>(lists: &[impl AsRef<[V]>]) -> Self {
+        let mut ends = Ends::default();
+        lists.iter().for_each(|values| ends.add(values.as_ref(), |value| value));
+        ends.with_histogram(|range, histogram| {
+            lists.iter().for_each(|values| count(values.as_ref(), |value| value, range, histogram));
+        })
+    }
+
     /// The range, and the value in it that best parts what is dark from what is bright: the variance between both is greatest (Otsu, "A
     /// Threshold Selection Method from Gray-Level Histograms", 1979).
     pub fn threshold(&self) -> (Option<[f64; 2]>, f64) {
@@ -77,9 +80,9 @@ impl Default for Ends {
 }
 
 impl Ends {
-    fn add<V: Copy + Into<f64>>(&mut self, voxels: &[V], grid: &Grid) {
+    fn add<V: Copy + Into<f64>>(&mut self, voxels: &[V], value_of: impl Fn(f64) -> f64) {
         for &voxel in voxels {
-            let value = grid.value_of(voxel.into());
+            let value = value_of(voxel.into());
             if value.is_finite() {
                 self.low = if value < self.low { value } else { self.low };
                 self.high = if value > self.high { value } else { self.high };
@@ -92,15 +95,31 @@ impl Ends {
             }
         }
     }
+
+    /// All together; `fill` counts the values in each part of the range.
+    fn with_histogram(self, fill: impl FnOnce([f64; 2], &mut [u64; BINS])) -> Statistics {
+        let Self { low, high, sum, finite, not_numbers, infinite } = self;
+        let range = (finite > 0).then_some([low, high]);
+        let mut histogram = [0; BINS];
+        if let Some(range) = range {
+            fill(range, &mut histogram);
+        }
+        Statistics { range, mean: range.map(|_| sum / finite as f64), histogram, not_numbers, infinite }
+    }
 }
 
 /// Counts the finite values in each part of a range.
-fn count<V: Copy + Into<f64>>(voxels: &[V], grid: &Grid, [low, high]: [f64; 2], histogram: &mut [u64; BINS]) {
+fn count<V: Copy + Into<f64>>(
+    voxels: &[V],
+    value_of: impl Fn(f64) -> f64,
+    [low, high]: [f64; 2],
+    histogram: &mut [u64; BINS],
+) {
     // Halves: the whole width of a range may be more than the greatest number.
     let width = high / 2.0 - low / 2.0;
     let scale = if width > 0.0 { BINS as f64 / width } else { 0.0 };
     for &voxel in voxels {
-        let value = grid.value_of(voxel.into());
+        let value = value_of(voxel.into());
         if value.is_finite() {
             let place = (value / 2.0 - low / 2.0) * scale;
             histogram[(place as usize).min(BINS - 1)] += 1;
@@ -113,7 +132,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::volume::{GridPlace, Voxels};
+    use crate::volume::{Grid, GridPlace, Voxels};
 
     fn volume(steps: Vec<Voxels>, scale: [f64; 2]) -> Volume {
         let place = GridPlace::with_spacing([1.0; 3]);

@@ -62,7 +62,7 @@ fn what_is_wrong_is_said() {
         assert!(said.contains(expected) && said.is_empty() == expected.is_empty(), "{said}");
     }
     let unknown = load(&file).unwrap_err().to_string();
-    assert!(unknown.ends_with("say of which: --raw-dims X,Y,Z --raw-type u16"), "{unknown}");
+    assert!(unknown.contains("say of what: --raw-dims X,Y,Z --raw-type u16 for voxels"), "{unknown}");
 }
 
 #[test]

@@ -1,0 +1,114 @@
+//! Chemical elements: their symbols, and how large their atoms are.
+
+/// Symbols by atomic number, from 1.
+const SYMBOLS: [&str; 118] = [
+    "H", "He", "Li", "Be", "B", "C", "N", "O", "F", "Ne", "Na", "Mg", "Al", "Si", "P", "S", "Cl", "Ar", "K", "Ca",
+    "Sc", "Ti", "V", "Cr", "Mn", "Fe", "Co", "Ni", "Cu", "Zn", "Ga", "Ge", "As", "Se", "Br", "Kr", "Rb", "Sr", "Y",
+    "Zr", "Nb", "Mo", "Tc", "Ru", "Rh", "Pd", "Ag", "Cd", "In", "Sn", "Sb", "Te", "I", "Xe", "Cs", "Ba", "La", "Ce",
+    "Pr", "Nd", "Pm", "Sm", "Eu", "Gd", "Tb", "Dy", "Ho", "Er", "Tm", "Yb", "Lu", "Hf", "Ta", "W", "Re", "Os", "Ir",
+    "Pt", "Au", "Hg", "Tl", "Pb", "Bi", "Po", "At", "Rn", "Fr", "Ra", "Ac", "Th", "Pa", "U", "Np", "Pu", "Am", "Cm",
+    "Bk", "Cf", "Es", "Fm", "Md", "No", "Lr", "Rf", "Db", "Sg", "Bh", "Hs", "Mt", "Ds", "Rg", "Cn", "Nh", "Fl", "Mc",
+    "Lv", "Ts", "Og",
+];
+
+/// Van der Waals radii in angstrom by atomic number: Bondi, "van der Waals Volumes and Radii", J. Phys. Chem. 68 (1964), and for the
+/// other main groups Mantina et al., "Consistent van der Waals Radii for the Whole Main Group", J. Phys. Chem. A 113 (2009).
+const RADII: [(u8, f32); 54] = [
+    (1, 1.1),
+    (2, 1.4),
+    (3, 1.81),
+    (4, 1.53),
+    (5, 1.92),
+    (6, 1.7),
+    (7, 1.55),
+    (8, 1.52),
+    (9, 1.47),
+    (10, 1.54),
+    (11, 2.27),
+    (12, 1.73),
+    (13, 1.84),
+    (14, 2.1),
+    (15, 1.8),
+    (16, 1.8),
+    (17, 1.75),
+    (18, 1.88),
+    (19, 2.75),
+    (20, 2.31),
+    (28, 1.63),
+    (29, 1.4),
+    (30, 1.39),
+    (31, 1.87),
+    (32, 2.11),
+    (33, 1.85),
+    (34, 1.9),
+    (35, 1.83),
+    (36, 2.02),
+    (37, 3.03),
+    (38, 2.49),
+    (46, 1.63),
+    (47, 1.72),
+    (48, 1.58),
+    (49, 1.93),
+    (50, 2.17),
+    (51, 2.06),
+    (52, 2.06),
+    (53, 1.98),
+    (54, 2.16),
+    (55, 3.43),
+    (56, 2.68),
+    (78, 1.75),
+    (79, 1.66),
+    (80, 1.55),
+    (81, 1.96),
+    (82, 2.02),
+    (83, 2.07),
+    (84, 1.97),
+    (85, 2.02),
+    (86, 2.2),
+    (87, 3.48),
+    (88, 2.83),
+    (92, 1.86),
+];
+/// The radius of atoms of which none is known.
+const UNKNOWN: f32 = 2.0;
+
+/// The atomic number that a word means: a number, a symbol, or the name of an atom that starts with one, such as `OW1`; 0: none.
+pub(super) fn atomic_number(word: &str) -> u8 {
+    if let Ok(number) = word.parse::<u8>() {
+        return if usize::from(number) <= SYMBOLS.len() { number } else { 0 };
+    }
+    let letters: &str = &word[..word.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(word.len())];
+    let of = |symbol: &str| SYMBOLS.iter().position(|known| known.eq_ignore_ascii_case(symbol));
+    let found = of(letters).or_else(|| of(letters.get(..1)?));
+    found.map_or(0, |at| at as u8 + 1)
+}
+
+/// How large an atom is, in angstrom.
+pub(super) fn radius(atomic_number: u8) -> f32 {
+    RADII.iter().find(|(number, _)| *number == atomic_number).map_or(UNKNOWN, |&(_, radius)| radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_mean_elements() {
+        for (word, number) in [
+            ("H", 1),
+            ("Cl", 17),
+            ("CL", 17),
+            ("OW1", 8),
+            ("u", 92),
+            ("Og", 118),
+            ("79", 79),
+            ("200", 0),
+            ("X", 0),
+            ("", 0),
+            ("\u{e9}", 0),
+        ] {
+            assert_eq!(atomic_number(word), number, "{word}");
+        }
+        assert_eq!([8, 26, 0].map(radius), [1.52, 2.0, 2.0]);
+    }
+}

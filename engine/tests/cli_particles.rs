@@ -1,0 +1,135 @@
+//! What the command says of particles, and what it shows: attributes, radii, tiles, steps of time, raw files.
+
+mod support;
+
+use support::{Folder, picture};
+
+fn info(folder: &Folder, arguments: &[&str]) -> serde_json::Value {
+    let done = folder.run(&[&["info", "--json"], arguments].concat());
+    assert_eq!(done.code, Some(0), "{done:?}");
+    serde_json::from_str(&done.out).unwrap()
+}
+
+#[test]
+fn info_lists_attributes() {
+    let folder = Folder::new("particles-info");
+    folder.write(
+        "a.csv",
+        "# box 8 8 8\nx,y,z,speed,kind,radius\n0,0,0,0.5,1,0.5\n1,2,3,2.5,7,0.25\n3,1,2,nan,7,0.25\nnan,0,0,9,9,9\n",
+    );
+    let done = folder.run(&["info", "a.csv"]);
+    assert_eq!(done.code, Some(0), "{done:?}");
+    let spaces = " ".repeat(62);
+    for line in [
+        "  format                table of particles",
+        "  bounds                (-0.5, -0.5, -0.5) to (3.25, 2.25, 3.25)",
+        "  particles             4",
+        "    particles that are not finite 1",
+        "  particle set          a",
+        "    steps of time       1",
+        "    periodic box        8 x 8 x 8",
+        "    radius              f32, 0.25 to 0.5, mean 0.333333",
+        "    speed               f32, 0.5 to 2.5, mean 1.5, 1 not numbers",
+        &format!("                        █{spaces}█"),
+        "    kind                u8, 1 to 7, mean 5",
+    ] {
+        assert!(done.out.lines().any(|found| found == line), "{line}\n{}", done.out);
+    }
+    let object = info(&folder, &["a.csv"]);
+    assert_eq!(
+        (&object["particles"], &object["steps"], &object["non_finite_particles"]),
+        (&4.into(), &1.into(), &1.into())
+    );
+    let kind = &object["attributes"][1];
+    assert_eq!(
+        (&kind["name"], &kind["type"], &kind["min"], &kind["max"]),
+        (&"kind".into(), &"u8".into(), &1.0.into(), &7.0.into())
+    );
+    assert_eq!((&kind["histogram"][0], &kind["histogram"][63]), (&1.into(), &2.into()));
+    assert_eq!((&object["radius"]["max"], &object["box"][1][1]), (&0.5.into(), &8.0.into()));
+    assert_eq!(object["particle_sets"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn files_whose_names_differ_in_a_number_are_steps() {
+    let folder = Folder::new("particles-steps");
+    for (number, rows) in [(1, "0,0,0,1\n"), (2, "0,0,0,2\n1,1,1,3\n"), (10, "5,0,0,300\n")] {
+        folder.write(&format!("t{number}.csv"), format!("x,y,z,kind\n{rows}"));
+    }
+    folder.write("t3.csv", "x,y,z,other\n1,2,3,4\n");
+    let object = info(&folder, &["t10.csv", "t1.csv", "t2.csv"]);
+    assert_eq!((&object["steps"], &object["name"]), (&3.into(), &"t*".into()));
+    assert_eq!(object["particles_by_step"], serde_json::json!([1, 2, 1]));
+    let kind = &object["attributes"][0];
+    assert_eq!((&kind["type"], &kind["max"]), (&"f32".into(), &300.0.into()));
+    assert_eq!(info(&folder, &["t?.csv"])["particle_sets"].as_array().unwrap().len(), 2);
+
+    let small = ["--size", "32x24", "--samples", "1", "--radius", "0.5"];
+    let shot = |step: &str, output: &str| {
+        let done = folder
+            .run(&[&["render", "t1.csv", "t2.csv", "t10.csv", "--step", step, "-o", output][..], &small].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        picture(&folder.0.join(output)).2
+    };
+    assert_ne!(shot("0", "a.png"), shot("1", "b.png"));
+    let done = folder.run(&["render", "t1.csv", "t2.csv", "--step", "2"]);
+    assert!(
+        done.code == Some(2) && done.err.contains("t* has 2 steps of time, from 0; there is no step 2"),
+        "{done:?}"
+    );
+}
+
+#[test]
+fn radii_and_tiles() {
+    let folder = Folder::new("particles-tiles");
+    folder.write("a.csv", "x,y,z\n0,0,0\n1,1,1\n");
+    folder.write("b.csv", "# box 2\nx,y,z,radius\n0,0,0,0.5\n1,1,1,0.5\n");
+    let render = |options: &[&str]| {
+        let done = folder.run(&[&["render", "--size", "32x24", "--samples", "1", "--json"], options].concat());
+        assert!(done.code != Some(0) || done.err.contains("wrote"), "{done:?}");
+        done
+    };
+    let guessed = render(&["a.csv"]);
+    assert!(
+        guessed.err.contains("a: particles have no radius; ") && guessed.err.contains("choose another with --radius")
+    );
+    assert!(!render(&["a.csv", "--radius", "0.3"]).err.contains("no radius"));
+    assert!(!render(&["b.csv"]).err.contains("no radius"));
+    let seen = |options: &[&str]| {
+        assert_eq!(render(options).code, Some(0));
+        picture(&folder.0.join("mobula.png")).2
+    };
+    let eye = ["--eye", "9,9,9", "--at", "1,1,1"];
+    let one = seen(&[&["b.csv"][..], &eye].concat());
+    let tiled = seen(&[&["b.csv", "--tile", "2,2,1"][..], &eye].concat());
+    assert_ne!(one, tiled);
+    assert_eq!(tiled, seen(&[&["a.csv", "--tile", "2,2,1", "--box", "2,2,2", "--radius", "0.5"][..], &eye].concat()));
+    for (options, code, expected) in [
+        (
+            &["a.csv", "--tile", "2,2,2"][..],
+            2,
+            "--tile: a does not say how large its periodic box is: give its edges with --box X,Y,Z",
+        ),
+        (&["b.csv", "--tile", "99999,99999,99999"], 2, "which are too many"),
+        (&["b.csv", "--tile", "0,1,1"], 2, "three whole numbers above 0"),
+        (&["b.csv", "--box", "1,1,1"], 2, "--tile"),
+        (&["b.csv", "--radius", "-1"], 2, "--radius"),
+        (&["b.csv", "--raw-layout", "x,y"], 2, "there is no z; write names"),
+        (&["b.csv", "--raw-layout", "x,y,z", "--raw-dims", "1,1,1", "--raw-type", "f32"], 2, "cannot be used with"),
+    ] {
+        let done = render(options);
+        assert_eq!(done.code, Some(code), "{options:?}: {done:?}");
+        assert!(done.err.contains(expected), "{options:?}: {}", done.err);
+    }
+}
+
+#[test]
+fn raw_files_have_a_layout() {
+    let folder = Folder::new("particles-raw");
+    let bytes: Vec<u8> = [1.0_f32, 2.0, 3.0, 0.5, 7.0].iter().flat_map(|x| x.to_be_bytes()).collect();
+    folder.write("a.raw", bytes);
+    let object = info(&folder, &["a.raw", "--raw-layout", "x,y,z,radius,_", "--raw-type", "f32be"]);
+    assert_eq!((&object["format"], &object["radius"]["min"]), (&"raw particles".into(), &0.5.into()));
+    let done = folder.run(&["info", "a.raw", "--raw-layout", "x,y,z"]);
+    assert!(done.code == Some(1) && done.err.contains("a.raw: 20 bytes are no whole number of particles"), "{done:?}");
+}
