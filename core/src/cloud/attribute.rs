@@ -1,5 +1,6 @@
 //! Values by place, and their ranges by node.
 
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
 
 use crate::NO_HIT;
@@ -27,6 +28,14 @@ impl Values {
     /// Are there none?
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// All of them as floats.
+    pub fn to_f32(&self) -> Cow<'_, [f32]> {
+        match self {
+            Self::F32(values) => Cow::Borrowed(values),
+            Self::U8(values) => Cow::Owned(values.iter().map(|&value| value.into()).collect()),
+        }
     }
 
     /// Value `i`; NaN if there is none.

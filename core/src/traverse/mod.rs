@@ -17,4 +17,4 @@ pub use local::Local;
 pub use paths::Paths;
 #[cfg(all(feature = "lab", not(test)))]
 pub(crate) use trace::run;
-pub use trace::{intersect, intersect_all, occlude};
+pub use trace::{intersect, intersect_all, occlude, occlude_all};

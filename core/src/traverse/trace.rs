@@ -110,6 +110,16 @@ pub fn occlude<B: Tree, const N: usize>(
     any(tree, token, packet, Roots::Tree, opacity)
 }
 
+/// As [`WideBvh::occlude_all`], or with an opacity as [`WideBvh::occlude_through_all`], in any tree.
+pub fn occlude_all<B: Tree, const N: usize>(
+    tree: &B,
+    token: AnyToken,
+    packet: &mut AnyHitPacket<N>,
+    opacity: Option<&dyn Opacity>,
+) -> Paths {
+    any(tree, token, packet, Roots::All, opacity)
+}
+
 fn closest<B: Tree, const N: usize>(tree: &B, token: impl Dispatch, packet: &mut RayPacket<N>, roots: Roots) -> Paths {
     packet.check();
     let (rays, sink) = packet.split();

@@ -6,7 +6,10 @@
 //! | `geometries` | all geometry of a scene under one top-level structure |
 //! | `group` | a structure and the geometries in it |
 //! | `mesh`, `triangle` | triangles with shared corners; the surface of one |
-//! | `spheres` | spheres: particles, atoms |
+//! | `spheres` | spheres |
+//! | `particles` | particles over time, cropped and coloured by their attributes |
+//! | `cloud` | the particles of one step, made ready for rays |
+//! | `ball` | what is known of the surface of a sphere |
 //! | `iso_surface` | surfaces of equal value in a volume |
 //! | `field`, `gradient` | a volume made ready for rays; how its values change |
 //! | `tree` | geometries of one kind in one bounding volume hierarchy |
@@ -15,7 +18,9 @@
 //!
 //! A new kind is a file with its data and the trait [`Geometry`], and a line in [`KINDS`]. With [`InTree`] the hierarchy comes for free.
 
+mod ball;
 mod census;
+mod cloud;
 mod field;
 mod geometries;
 mod gradient;
@@ -23,12 +28,14 @@ mod group;
 mod iso_surface;
 mod kind;
 mod mesh;
+mod particles;
 mod spheres;
 mod table;
 mod tree;
 mod triangle;
 
 pub use census::{Census, Item, Role};
+pub use cloud::{Cloud, TooManyParticles};
 pub use field::{Field, Series};
 pub use geometries::{Geometries, NeedsRebuild, SceneError};
 pub use gradient::Gradient;
@@ -36,6 +43,7 @@ pub use group::{Depths, Translucent};
 pub use iso_surface::IsoSurfaces;
 pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};
+pub use particles::{Coloring, Cropping, Particles};
 pub use spheres::Spheres;
 pub use table::{KINDS, Kind};
 pub use tree::{InTree, Tree};

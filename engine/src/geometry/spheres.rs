@@ -6,9 +6,9 @@ use glam::Vec3;
 use mobula_core::kernel::sphere::RADII;
 use mobula_core::leaf::SphereBlock;
 
+use super::ball;
 use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
 use crate::accel::Build;
-use crate::math::{normalize, normalize_or};
 use crate::packet::{Hits, Surface, set_vec3};
 
 /// Spheres.
@@ -90,19 +90,6 @@ impl Spheres {
             () => Ok((center, radius)),
         }
     }
-
-    /// The unit normal of sphere `k` towards a position.
-    #[inline(always)]
-    fn normal(&self, k: u32, position: Vec3) -> Vec3 {
-        let (center, _) = self.sphere(k as usize).unwrap_or_default();
-        let r = position - center;
-        let length_squared = r.dot(r);
-        if length_squared > 1e-24 && length_squared < 1e30 {
-            normalize(r)
-        } else {
-            normalize_or(r.to_array().map(f64::from), Vec3::Y)
-        }
-    }
 }
 
 impl InTree for Spheres {
@@ -168,37 +155,18 @@ impl Geometry for Spheres {
 
 impl Surface for Spheres {
     /// Outwards.
-    fn geometric_normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
-        for (i, &k) in hits.primitives.iter().enumerate() {
-            set_vec3(&mut out, i, self.normal(k, hits.position(i)));
-        }
+    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
+        ball::normals(hits, out, |k| self.sphere(k));
     }
 
     /// Longitude and latitude, 0..1, around y.
-    fn texture_coordinates(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
-        for (i, &k) in hits.primitives.iter().enumerate() {
-            let n = self.normal(k, hits.position(i));
-            let longitude = libm::atan2f(n.z, n.x) * (0.5 * core::f32::consts::FRAC_1_PI) + 0.5;
-            let latitude = libm::asinf(n.y.clamp(-1.0, 1.0)) * core::f32::consts::FRAC_1_PI + 0.5;
-            set_vec3(&mut out, i, Vec3::new(longitude, latitude, 0.0));
-        }
+    fn texture_coordinates(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
+        ball::texture_coordinates(hits, out, |k| self.sphere(k));
     }
 
     /// Eastwards and northwards around y.
-    fn derivatives(&self, hits: &Hits<'_>, [mut out_u, mut out_v]: [[&mut [f32]; 3]; 2]) {
-        for (i, &k) in hits.primitives.iter().enumerate() {
-            let (center, _) = self.sphere(k as usize).unwrap_or_default();
-            let r = hits.position(i) - center;
-            let around = core::f32::consts::TAU;
-            let flat = (r.x * r.x + r.z * r.z).sqrt();
-            let north = if flat > 0.0 {
-                Vec3::new(-r.x * r.y / flat, flat, -r.z * r.y / flat)
-            } else {
-                Vec3::new(-r.y, 0.0, 0.0)
-            };
-            set_vec3(&mut out_u, i, Vec3::new(-r.z, 0.0, r.x) * around);
-            set_vec3(&mut out_v, i, north * (0.5 * around));
-        }
+    fn derivatives(&self, hits: &Hits<'_>, out: [[&mut [f32]; 3]; 2]) {
+        ball::derivatives(hits, out, |k| self.sphere(k));
     }
 
     fn colors(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) -> bool {
@@ -213,9 +181,7 @@ impl Surface for Spheres {
 
     /// The radii.
     fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
-        for (out, &k) in out.iter_mut().zip(hits.primitives) {
-            *out = self.sphere(k as usize).map_or(0.0, |(_, radius)| radius);
-        }
+        ball::error_scales(hits, out, |k| self.sphere(k));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Geometry, IsoSurfaces, Mesh, Spheres};
+use super::{Geometry, IsoSurfaces, Mesh, Particles, Spheres};
 
 /// A kind of geometry.
 #[derive(Clone, Copy, Debug)]
@@ -17,5 +17,6 @@ pub struct Kind {
 pub const KINDS: &[Kind] = &[
     Kind { name: "mesh", example: |material| Arc::new(Mesh::example(material)) },
     Kind { name: "spheres", example: |material| Arc::new(Spheres::example(material)) },
+    Kind { name: "particles", example: |material| Arc::new(Particles::example(material)) },
     Kind { name: "iso-surfaces", example: |material| Arc::new(IsoSurfaces::example(material)) },
 ];

@@ -4,15 +4,18 @@
 //! |---|---|
 //! | `tiling` | a periodic box, repeated along its edges |
 //! | `spacing` | how far particles are apart, from which a radius can be guessed |
+//! | `element_colors` | colours of atoms |
 //! | `attribute` | a number of each particle, in the type that it came in |
 
 mod attribute;
+mod element_colors;
 mod spacing;
 mod tiling;
 
 use std::sync::Arc;
 
 pub use attribute::{Attribute, Values};
+pub use element_colors::element_colors;
 pub use tiling::TilingError;
 
 use crate::volume::Statistics;
@@ -49,13 +52,13 @@ impl ParticleStep {
     pub fn retain(&mut self, keep: &[bool]) {
         attribute::retain(&mut self.centers, keep);
         attribute::retain(&mut self.radii, keep);
-        self.attributes.iter_mut().for_each(|attribute| attribute.values.retain(keep));
+        self.attributes.iter_mut().for_each(|attribute| attribute.retain(keep));
     }
 
     /// Names and types of what each particle has.
     pub fn kinds(&self) -> Vec<(&str, &'static str)> {
         let radius = (!self.radii.is_empty()).then_some(("radius", "f32"));
-        let attributes = self.attributes.iter().map(|attribute| (&*attribute.name, attribute.values.type_name()));
+        let attributes = self.attributes.iter().map(|attribute| (&*attribute.name, attribute.type_name()));
         radius.into_iter().chain(attributes).collect()
     }
 

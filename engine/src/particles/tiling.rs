@@ -42,10 +42,7 @@ impl ParticleStep {
             centers.extend(self.centers.iter().map(|&center| (Vec3::from(center) + shift).to_array()));
         }
         let copies = copies as usize;
-        let repeated = |attribute: &Attribute| Attribute {
-            name: attribute.name.clone(),
-            values: attribute.values.repeated(copies),
-        };
+        let repeated = |attribute: &Attribute| attribute.repeated(copies);
         let longer = |k: usize| (edges[k] * times[k] as f32).to_array();
         Ok(Self {
             centers,

@@ -2,6 +2,7 @@
 //!
 //! | file | idea |
 //! |---|---|
+//! | `color_map` | colours by value, without extinction |
 //! | `presets` | transfer functions by name |
 //! | `transfer` | what values look like: colours and extinction |
 //! | `color_space` | the colour spaces that maps are made in |
@@ -9,6 +10,7 @@
 //! | `statistics` | which values there are, and how often |
 //! | `voxels` | values in the type that they came in |
 
+mod color_map;
 pub(crate) mod color_space;
 mod grid;
 mod presets;
@@ -18,6 +20,7 @@ mod voxels;
 
 use std::sync::Arc;
 
+pub use color_map::ColorMap;
 pub use grid::{Grid, GridError, GridPlace, MOST_SAMPLES};
 pub use presets::Preset;
 pub use statistics::{BINS, Statistics};

@@ -19,6 +19,10 @@ choice! {
         CoolWarm = "cool-warm",
         /// From dark blue to yellow, all but the lowest tenth (van der Walt and Smith's map).
         Viridis = "viridis",
+        /// From black over red to pale yellow, all but the lowest tenth (Smith and van der Walt's map).
+        Inferno = "inferno",
+        /// A rainbow of even steps, all but the lowest tenth (Mikhailov's map).
+        Turbo = "turbo",
     }
 }
 
@@ -38,6 +42,8 @@ impl Preset {
             Self::Fire => relative(self, &fire(), &FIRE_EXTINCTION),
             Self::CoolWarm => relative(self, &COOL_WARM, &[(0.0, 25.0), (0.45, 0.0), (0.55, 0.0), (1.0, 25.0)]),
             Self::Viridis => relative(self, &VIRIDIS, &[(0.1, 0.0), (1.0, 20.0)]),
+            Self::Inferno => relative(self, &even(&INFERNO), &[(0.1, 0.0), (1.0, 20.0)]),
+            Self::Turbo => relative(self, &even(&TURBO), &[(0.1, 0.0), (1.0, 20.0)]),
         }
     }
 }
@@ -173,6 +179,48 @@ const COOL_WARM: [Color; 17] = [
     (252.0 / 255.0, [0.7232, 0.0660, 0.1632]),
     (1.0, [0.7057, 0.0151, 0.1501]),
 ];
+
+/// Ten colours at even distances, as bytes of sRGB.
+const INFERNO: [[u8; 3]; 10] = [
+    [0, 0, 4],
+    [27, 12, 66],
+    [75, 12, 107],
+    [120, 28, 109],
+    [165, 44, 96],
+    [207, 68, 70],
+    [237, 105, 37],
+    [251, 154, 6],
+    [247, 208, 60],
+    [252, 255, 164],
+];
+
+/// As [`INFERNO`].
+const TURBO: [[u8; 3]; 10] = [
+    [48, 18, 59],
+    [70, 98, 215],
+    [54, 170, 249],
+    [26, 228, 182],
+    [114, 254, 94],
+    [199, 239, 52],
+    [250, 186, 57],
+    [246, 107, 25],
+    [203, 42, 4],
+    [122, 4, 3],
+];
+
+/// Colours at even distances, with others between them that are even as sRGB.
+fn even(colors: &[[u8; 3]]) -> Vec<Color> {
+    /// Parts between two colours.
+    const PARTS: usize = 4;
+    let last = (colors.len() - 1) * PARTS;
+    let at = |i: usize| {
+        let (from, part) = (i / PARTS, (i % PARTS) as f64 / PARTS as f64);
+        let to = (from + 1).min(colors.len() - 1);
+        let channel = |k: usize| f64::from(colors[from][k]) * (1.0 - part) + f64::from(colors[to][k]) * part;
+        (i as f64 / last as f64, [0, 1, 2].map(|k| channel(k) / 255.0))
+    };
+    (0..=last).map(at).collect()
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,230 @@
+//! Particles over time: spheres, of which those are shown whose attributes have certain values, in colours that go by an attribute.
+//!
+//! Steps of time, crops and colours may change with each frame; nothing is built for it.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use mobula_core::cloud::{Crop, Crops};
+use mobula_core::simd::AnyToken;
+use mobula_core::sink::Opacity;
+use mobula_core::traverse::{self, Paths};
+use mobula_core::{AnyHitPacket, RayPacket};
+
+use super::ball;
+use super::cloud::Cloud;
+use super::{Census, Geometry, Structure, shift_material};
+use crate::accel::{AccelerationKind, Build};
+use crate::packet::{Hits, Intersect, Surface, set_vec3};
+use crate::particles::{Attribute, ParticleStep, Values};
+use crate::volume::{ColorMap, Preset};
+
+/// Particles, of which one step of time is shown.
+#[derive(Clone, Debug)]
+pub struct Particles {
+    /// What people call them.
+    pub name: String,
+    /// The index of their material.
+    pub material: u32,
+    /// What is shown: only what all of these leave.
+    pub crops: Vec<Cropping>,
+    /// Their colours, by which those of the material are multiplied.
+    pub coloring: Option<Coloring>,
+    steps: Arc<[Arc<Cloud>]>,
+    step: usize,
+}
+
+/// Which particles are shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cropping {
+    /// The name of the attribute that it goes by; where there is none, no particle is shown.
+    pub attribute: String,
+    /// From the least to the greatest value that is shown, both included; any number of times.
+    pub ranges: Vec<[f32; 2]>,
+}
+
+/// Colours by an attribute.
+#[derive(Clone, Debug)]
+pub struct Coloring {
+    /// The name of the attribute; where there is none, particles are grey.
+    pub attribute: String,
+    /// The colours of its values.
+    pub map: Arc<ColorMap>,
+}
+
+impl Particles {
+    /// These steps, the first of them shown.
+    ///
+    /// # Panics
+    /// If there are none.
+    pub fn new(name: impl Into<String>, steps: Vec<Arc<Cloud>>, material: u32) -> Self {
+        assert!(!steps.is_empty(), "particles have a step of time");
+        Self { name: name.into(), material, crops: Vec::new(), coloring: None, steps: steps.into(), step: 0 }
+    }
+
+    /// A spiral that is coloured along its way, with a part of it left out.
+    pub fn example(material: u32) -> Self {
+        let count = 40;
+        let part = |i: usize| i as f32 / count as f32;
+        let center = |i: usize| {
+            let angle = 9.0 * part(i);
+            [0.6 * angle.cos() * (1.0 - part(i)), 1.4 * part(i) - 0.7, 0.6 * angle.sin() * (1.0 - part(i))]
+        };
+        let values = Values::F32((0..count).map(part).collect());
+        let step = ParticleStep {
+            centers: (0..count).map(center).collect(),
+            radii: (0..count).map(|i| 0.05 + 0.1 * part(i)).collect(),
+            attributes: vec![Attribute { name: "way".to_owned(), values }],
+            ..ParticleStep::default()
+        };
+        let cloud = Cloud::new(step, 0.1, &AccelerationKind::Bvh.into()).expect("few particles");
+        let map = ColorMap::new(&Preset::Viridis.function([0.0, 1.0]), [0.0, 1.0]);
+        Self {
+            crops: vec![Cropping { attribute: "way".to_owned(), ranges: vec![[0.0, 0.4], [0.5, 1.0]] }],
+            coloring: Some(Coloring { attribute: "way".to_owned(), map: Arc::new(map) }),
+            ..Self::new("spiral", vec![Arc::new(cloud)], material)
+        }
+    }
+
+    /// With this step shown; behind the last comes the first.
+    pub fn at(&self, step: usize) -> Self {
+        Self { step: step % self.steps.len(), ..self.clone() }
+    }
+
+    /// What is shown.
+    pub fn cloud(&self) -> &Arc<Cloud> {
+        &self.steps[self.step]
+    }
+
+    /// Which step is shown, from 0.
+    pub fn step(&self) -> usize {
+        self.step
+    }
+
+    /// All steps.
+    pub fn steps(&self) -> &[Arc<Cloud>] {
+        &self.steps
+    }
+
+    /// The least and the greatest value of an attribute in all steps.
+    pub fn range(&self, attribute: &str) -> Option<[f32; 2]> {
+        let of = |cloud: &Arc<Cloud>| cloud.range(cloud.attribute(attribute)?);
+        self.steps.iter().filter_map(of).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    }
+
+    /// What finds the hits.
+    fn finder(&self) -> Finder {
+        let cloud = self.cloud().clone();
+        let crop = |Cropping { attribute, ranges }: &Cropping| Crop {
+            attribute: cloud.attribute(attribute).unwrap_or(usize::MAX),
+            ranges: ranges.clone(),
+        };
+        let crops = cloud.spheres.crops(&self.crops.iter().map(crop).collect::<Vec<_>>());
+        Finder { crops, cloud }
+    }
+}
+
+impl Geometry for Particles {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// As many in all steps.
+    fn primitives(&self) -> usize {
+        self.steps.iter().map(|cloud| cloud.spheres.places()).max().unwrap_or(0)
+    }
+
+    fn census(&self) -> Census {
+        self.cloud().census().clone()
+    }
+
+    fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
+        self.cloud().extremes(visit);
+    }
+
+    fn materials(&self, _: &[u32], _: &mut [u32]) -> Option<u32> {
+        Some(self.material)
+    }
+
+    fn shift_materials(mut self: Arc<Self>, shift: u32) -> Arc<dyn Geometry> {
+        shift_material(&mut Arc::make_mut(&mut self).material, shift);
+        self
+    }
+
+    fn shares_structure(&self) -> bool {
+        false
+    }
+
+    fn structure(&self, _members: &[Arc<dyn Geometry>], _build: &Build) -> Box<dyn Structure> {
+        Box::new(self.finder())
+    }
+}
+
+impl Surface for Particles {
+    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
+        ball::normals(hits, out, |place| self.cloud().sphere(place));
+    }
+
+    fn texture_coordinates(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
+        ball::texture_coordinates(hits, out, |place| self.cloud().sphere(place));
+    }
+
+    fn derivatives(&self, hits: &Hits<'_>, out: [[&mut [f32]; 3]; 2]) {
+        ball::derivatives(hits, out, |place| self.cloud().sphere(place));
+    }
+
+    fn colors(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) -> bool {
+        let Some(Coloring { attribute, map }) = &self.coloring else { return false };
+        let attribute = self.cloud().attribute(attribute).unwrap_or(usize::MAX);
+        for (i, &place) in hits.primitives.iter().enumerate() {
+            set_vec3(&mut out, i, map.color(self.cloud().spheres.value(attribute, place as usize)).into());
+        }
+        true
+    }
+
+    fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
+        ball::error_scales(hits, out, |place| self.cloud().sphere(place));
+    }
+}
+
+/// Finds the hits of particles.
+#[derive(Debug)]
+struct Finder {
+    cloud: Arc<Cloud>,
+    crops: Crops,
+}
+
+impl<const N: usize> Intersect<N> for Finder {
+    fn intersect(&self, token: AnyToken, packet: &mut RayPacket<N>) -> Paths {
+        let tree = self.cloud.spheres.shown(&self.crops);
+        let walk = if self.cloud.all { traverse::intersect_all } else { traverse::intersect };
+        walk(&tree, token, packet)
+    }
+
+    fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>, opacity: Option<&dyn Opacity>) -> Paths {
+        let tree = self.cloud.spheres.shown(&self.crops);
+        let walk = if self.cloud.all { traverse::occlude_all } else { traverse::occlude };
+        walk(&tree, token, packet, opacity)
+    }
+}
+
+impl Structure for Finder {
+    fn primitives(&self) -> usize {
+        self.cloud.spheres.len()
+    }
+
+    fn bytes(&self) -> usize {
+        self.cloud.bytes()
+    }
+
+    fn can_refit(&self, members: &[Arc<dyn Geometry>]) -> bool {
+        members.len() == 1 && members[0].downcast_ref::<Particles>().is_some()
+    }
+
+    /// Another step of time, other crops, other colours: nothing has to be built.
+    fn refit(&mut self, members: &[Arc<dyn Geometry>]) {
+        if let Some(new) = members.first().and_then(|member| member.downcast_ref::<Particles>()) {
+            *self = new.finder();
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Geometry is made of particles: which of them are shown, how large, and in which colours.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::SceneDescription;
+use super::volumes::Steps;
+use crate::accel::Build;
+use crate::geometry::{Cloud, Coloring, Cropping, Particles, TooManyParticles};
+use crate::material::Phong;
+use crate::particles::{self, ParticleStep, TilingError, Values, element_colors};
+use crate::volume::{ColorMap, Preset, TransferError, TransferFunction};
+
+/// What particles are shown as.
+#[derive(Clone, Debug, Default)]
+pub struct ParticleLook {
+    /// The radius of all; `None`: their own, or a guess.
+    pub radius: Option<f32>,
+    /// How often they are repeated along each edge of their periodic box.
+    pub tile: Option<[u32; 3]>,
+    /// The edges of that box; `None`: as their file says.
+    pub cell: Option<[[f32; 3]; 3]>,
+    /// The index of their material; `None`: a plain one.
+    pub material: Option<u32>,
+    /// Which of them are shown.
+    pub crops: Vec<Cropping>,
+    /// In which colours.
+    pub color: ColorBy,
+}
+
+/// What decides about colours.
+#[derive(Clone, Debug, Default)]
+pub enum ColorBy {
+    /// Elements, or the first attribute that is no part of a vector or a colour; without any, the material.
+    #[default]
+    Auto,
+    /// The material.
+    Material,
+    /// An attribute.
+    Attribute {
+        /// Its name.
+        name: String,
+        /// Its colours; `None`: as goes with it.
+        map: Option<Map>,
+        /// Which values have the first and the last colour; `None`: the least and the greatest of all steps.
+        range: Option<[f32; 2]>,
+    },
+}
+
+/// A colour map.
+#[derive(Clone, Debug)]
+pub enum Map {
+    /// One that has a name.
+    Preset(Preset),
+    /// A colour for each whole number.
+    Labels,
+    /// Those of atoms, by their numbers.
+    Elements,
+    /// This one.
+    Function(Arc<TransferFunction>),
+}
+
+/// Why particles cannot be shown as somebody asked for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ParticleError {
+    /// They have no such attribute.
+    #[error("{particles} have no attribute {name}; there are {known}")]
+    NoAttribute {
+        /// The particles.
+        particles: String,
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// They cannot be repeated.
+    #[error("{0} cannot be repeated: {1}")]
+    Tiling(String, TilingError),
+    /// There are too many.
+    #[error("{0}: {1}")]
+    TooMany(String, TooManyParticles),
+    /// A colour map is none.
+    #[error("{0}: {1}")]
+    Map(String, TransferError),
+}
+
+/// Makes geometry of the particles of a scene, which are taken out of it. `look` says what one after the other is shown as; in a step
+/// that is not there, behind the last comes the first. Returns what people should know, a line each.
+///
+/// # Errors
+/// If they cannot be shown so.
+pub fn show_particles(
+    scene: &mut SceneDescription,
+    look: impl Fn(usize) -> ParticleLook,
+    steps: Steps,
+    build: &Build,
+) -> Result<Vec<String>, ParticleError> {
+    let mut notes = Vec::new();
+    for (number, all) in std::mem::take(&mut scene.particles).into_iter().enumerate() {
+        let look = look(number);
+        let geometry = geometry(scene, all, &look, steps, build, &mut notes)?;
+        scene.add(geometry);
+    }
+    Ok(notes)
+}
+
+fn geometry(
+    scene: &mut SceneDescription,
+    all: particles::Particles,
+    look: &ParticleLook,
+    steps: Steps,
+    build: &Build,
+    notes: &mut Vec<String>,
+) -> Result<Particles, ParticleError> {
+    let name = all.name.clone();
+    for Cropping { attribute, .. } in &look.crops {
+        known(&all, attribute)?;
+    }
+    let coloring = coloring(&all, &look.color)?;
+    if let (Some(Coloring { attribute, map }), ColorBy::Auto) = (&coloring, &look.color) {
+        let [low, high] = map.range();
+        notes.push(format!("{name}: coloured by {attribute}, from {low} to {high} ({})", map.name));
+    }
+    let radius = look.radius.unwrap_or_else(|| all.guessed_radius());
+    if look.radius.is_none() && all.sample().is_some_and(|step| step.radii.is_empty()) {
+        notes.push(format!("{name}: no particle has a radius; {radius} is guessed"));
+    }
+    let count = all.steps.len().max(1);
+    let shown = if steps.all { 0..count } else { steps.shown % count..steps.shown % count + 1 };
+    let mut clouds = Vec::with_capacity(shown.len());
+    for (at, step) in all.steps.into_iter().enumerate() {
+        if shown.contains(&at) {
+            let mut step = Arc::unwrap_or_clone(step);
+            if look.radius.is_some() {
+                step.radii.clear();
+            }
+            let step = tiled(step, look).map_err(|error| ParticleError::Tiling(name.clone(), error))?;
+            let cloud = Cloud::new(step, radius, build);
+            clouds.push(Arc::new(cloud.map_err(|error| ParticleError::TooMany(name.clone(), error))?));
+        }
+    }
+    if clouds.is_empty() {
+        let none = Cloud::new(ParticleStep::default(), radius, build);
+        clouds.push(Arc::new(none.map_err(|error| ParticleError::TooMany(name.clone(), error))?));
+    }
+    let material = look.material.unwrap_or_else(|| {
+        let specular = Vec3::splat(0.12);
+        scene.add_material("particles", Phong { diffuse: Vec3::splat(0.85), specular, ..Phong::default() })
+    });
+    let particles = Particles::new(name, clouds, material);
+    let at = if steps.all { steps.shown } else { 0 };
+    Ok(Particles { crops: look.crops.clone(), coloring, ..particles.at(at) })
+}
+
+fn tiled(mut step: ParticleStep, look: &ParticleLook) -> Result<ParticleStep, TilingError> {
+    step.cell = look.cell.or(step.cell);
+    look.tile.map_or(Ok(step.clone()), |times| step.tiled(times))
+}
+
+/// An error if there is no attribute of a name.
+fn known(all: &particles::Particles, name: &str) -> Result<(), ParticleError> {
+    let sample = all.sample();
+    if sample.is_none_or(|step| step.centers.is_empty() || step.attribute(name).is_some()) {
+        return Ok(());
+    }
+    let names: Vec<_> = sample.iter().flat_map(|step| &step.attributes).map(|one| one.name.as_str()).collect();
+    let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    Err(ParticleError::NoAttribute { particles: all.name.clone(), name: name.to_owned(), known })
+}
+
+/// Attributes that are parts of something else.
+const PARTS: [&str; 13] =
+    ["id", "mol", "vx", "vy", "vz", "nx", "ny", "nz", "red", "green", "blue", "alpha", "radius"];
+
+fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Coloring>, ParticleError> {
+    let sample = all.sample();
+    let attributes = || sample.iter().flat_map(|step| &step.attributes).map(|one| &*one.name);
+    let (name, map, range) = match color {
+        ColorBy::Material => return Ok(None),
+        ColorBy::Auto => {
+            let chosen = attributes().find(|name| *name == "element");
+            let chosen = chosen.or_else(|| attributes().find(|name| !PARTS.contains(name)));
+            let Some(name) = chosen else { return Ok(None) };
+            (name, None, None)
+        }
+        ColorBy::Attribute { name, map, range } => {
+            known(all, name)?;
+            (&**name, map.clone(), *range)
+        }
+    };
+    let whole = sample.and_then(|step| step.attribute(name)).is_some_and(|one| matches!(one.values, Values::U8(_)));
+    let map = map.unwrap_or(match name {
+        "element" => Map::Elements,
+        _ if whole => Map::Labels,
+        _ => Map::Preset(Preset::Viridis),
+    });
+    let range = match (&map, range) {
+        (_, Some(range)) => range,
+        (Map::Elements, None) => [0.0, 118.0],
+        _ => range_of(all, name),
+    };
+    let function = match map {
+        Map::Preset(preset) => Ok(Arc::new(preset.function(range.map(f64::from)))),
+        Map::Labels => {
+            let first = range[0].floor().clamp(-1e9, 1e9) as i32;
+            TransferFunction::labels("labels", (0..=(range[1] - range[0]).clamp(0.0, 4095.0) as i32).map(|i| first + i))
+                .map(Arc::new)
+        }
+        Map::Elements => element_colors().map(Arc::new),
+        Map::Function(function) => Ok(function),
+    };
+    let function = function.map_err(|error| ParticleError::Map(all.name.clone(), error))?;
+    Ok(Some(Coloring { attribute: name.to_owned(), map: Arc::new(ColorMap::new(&function, range)) }))
+}
+
+/// The least and the greatest finite value of an attribute in all steps; 0 to 1 if there is none.
+fn range_of(all: &particles::Particles, name: &str) -> [f32; 2] {
+    let ends = |step: &Arc<ParticleStep>| {
+        let values = &step.attribute(name)?.values;
+        let finite = (0..values.len()).map(|i| values.get(i)).filter(|value| value.is_finite());
+        finite.map(|value| [value; 2]).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    };
+    all.steps.iter().filter_map(ends).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or([0.0, 1.0])
+}
