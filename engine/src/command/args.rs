@@ -89,9 +89,9 @@ pub(crate) struct SceneOptions {
     #[command(flatten)]
     pub(crate) raw: RawOptions,
 
-    /// Size of the picture in pixels; a width alone has 3/4 of it as height
-    #[arg(short, long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
-    pub(crate) size: Size,
+    /// Size of the picture in pixels; a width alone has 3/4 of it as height [default: 1024x768]
+    #[arg(short, long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<Size>,
 
     /// Render threads [default: one per processor]
     #[arg(short, long, value_name = "N", value_parser = threads)]
@@ -108,10 +108,10 @@ pub(crate) struct SceneOptions {
     pub(crate) packet: Option<PacketWidth>,
 
     #[arg(
-        short, long, value_name = "NAME", default_value_t = RendererKind::Raytracer,
-        help = format!("Renderer: {}", list(RendererKind::NAMES))
+        short, long, value_name = "NAME",
+        help = format!("Renderer: {} [default: {}]", list(RendererKind::NAMES), RendererKind::Raytracer)
     )]
-    pub(crate) renderer: RendererKind,
+    pub(crate) renderer: Option<RendererKind>,
 
     /// Samples per pixel, a square number up to 1024 [default: 16 for pictures in files, else 1]
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
@@ -135,10 +135,9 @@ pub(crate) struct SceneOptions {
     pub(crate) accel: AccelerationKind,
 
     #[arg(
-        long, value_name = "KIND", default_value_t = CameraKind::Pinhole,
-        help = format!("Camera: {}", list(CameraKind::NAMES))
+        long, value_name = "KIND", help = format!("Camera: {} [default: {}]", list(CameraKind::NAMES), CameraKind::Pinhole)
     )]
-    pub(crate) camera: CameraKind,
+    pub(crate) camera: Option<CameraKind>,
 
     /// Position of the eye, as files have it [default: frames the scene]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
@@ -219,9 +218,9 @@ pub(crate) struct VolumeOptions {
     #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "X,Y,Z,D", value_parser = plane)]
     pub(crate) cut: Vec<Plane>,
 
-    /// Step of time, from 0
-    #[arg(long, help_heading = "Volumes", value_name = "N", default_value_t = 0)]
-    pub(crate) step: usize,
+    /// Step of time, from 0 [default: 0]
+    #[arg(long, help_heading = "Volumes", value_name = "N")]
+    pub(crate) step: Option<usize>,
 }
 
 #[derive(Args, Clone, Debug)]

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mobula::geometry::Role;
-use mobula::load::{self, Loaded, Place, Raw, Report, printable};
+use mobula::load::{self, Loaded, Place, Raw, Report, printable, series};
 use mobula::progress::Progress;
 use mobula::scene::SceneDescription;
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
 use super::progress::watch;
-use super::{say, series, tell};
+use super::{say, tell};
 
 /// More warnings than these are only counted.
 const MOST_WARNINGS: usize = 8;

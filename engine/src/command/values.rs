@@ -4,10 +4,9 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec3;
-use mobula::background::{Background, BackgroundKind, Constant};
+use mobula::background::{self, Background, BackgroundKind};
 use mobula::camera::Up;
-use mobula::color::from_srgb8;
+use mobula::color;
 use mobula::image::Size;
 use mobula::medium::{Fog, LEAST_STEP};
 use mobula::pipeline::MAX_THREADS;
@@ -151,12 +150,6 @@ pub(super) fn point(text: &str) -> Result<Point, String> {
     }
 }
 
-pub(super) fn vector(text: &str) -> Result<Vec3, String> {
-    let Point([x, y, z]) = point(text)?;
-    let vector = Vec3::new(x as f32, y as f32, z as f32);
-    if vector.is_finite() { Ok(vector) } else { Err("the numbers are too large".into()) }
-}
-
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| "give numbers with commas between them, such as 300 or -200,300".into())
@@ -199,28 +192,9 @@ pub(super) fn up(text: &str) -> Result<UpChoice, String> {
 }
 
 pub(super) fn background(text: &str) -> Result<Arc<dyn Background>, String> {
-    if let Ok(kind) = text.parse::<BackgroundKind>() {
-        return Ok(kind.build());
-    }
-    let unknown = || {
+    background::parse(text).ok_or_else(|| {
         format!("give {}, three numbers from 0 to 1 such as 0.1,0.2,0.3, or #rrggbb", BackgroundKind::NAMES.join(", "))
-    };
-    color(text).map(|color| Arc::new(Constant { color }) as _).ok_or_else(unknown)
-}
-
-/// A colour: three numbers from 0 to 1 that are linear in light, or six hexadecimal digits, or three, that are sRGB.
-pub(super) fn color(text: &str) -> Option<Vec3> {
-    let text = text.trim();
-    let digits = text.strip_prefix('#').unwrap_or(text);
-    let number = u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'));
-    match (number, digits.len()) {
-        (Some(number), 6) => Some(from_srgb8([number >> 16, number >> 8, number].map(|byte| byte as u8))),
-        // Each digit stands for two.
-        (Some(number), 3) if digits != text => {
-            Some(from_srgb8([number >> 8, number >> 4, number].map(|digit| (digit & 15) as u8 * 17)))
-        }
-        _ => vector(text).ok().filter(|color| color.min_element() >= 0.0 && color.max_element() <= 1.0),
-    }
+    })
 }
 
 pub(super) fn fog(text: &str) -> Result<Fog, String> {
@@ -232,7 +206,7 @@ pub(super) fn fog(text: &str) -> Result<Fog, String> {
     let fog = Fog::new(density.ok_or_else(usage)?);
     match tint {
         None => Ok(fog),
-        Some(tint) => color(tint).map(|color| Fog { color, ..fog }).ok_or_else(usage),
+        Some(tint) => color::parse(tint).map(|color| Fog { color, ..fog }).ok_or_else(usage),
     }
 }
 
@@ -259,6 +233,8 @@ pub(super) fn png(text: &str) -> Result<PathBuf, String> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     #[test]
@@ -281,9 +257,9 @@ mod tests {
 
     #[test]
     fn values_are_checked() {
-        assert_eq!(vector("1,-2.5, 3e1"), Ok(Vec3::new(1.0, -2.5, 30.0)));
+        assert_eq!(point("1,-2.5, 3e1"), Ok(Point([1.0, -2.5, 30.0])));
         for bad in ["", "1,2", "1,2,3,4", "1,2,x", "nan,0,0", "1,,2,3"] {
-            assert!(vector(bad).is_err(), "{bad}");
+            assert!(point(bad).is_err(), "{bad}");
         }
         assert_eq!(samples("1"), Ok(SamplerKind::Single));
         assert_eq!(samples("16"), Ok(SamplerKind::Jittered { side: 4 }));
@@ -293,10 +269,10 @@ mod tests {
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
         assert!(background("2,0,0").is_err() && background("pink").is_err() && background("1,0,0.5").is_ok());
         for (text, expected) in [("#ff8800", [255, 136, 0]), ("FF8800", [255, 136, 0]), ("#f80", [255, 136, 0])] {
-            assert_eq!(color(text), Some(from_srgb8(expected)), "{text}");
+            assert_eq!(color::parse(text), Some(color::from_srgb8(expected)), "{text}");
         }
         for bad in ["#ff88", "f80", "#+ff880", "#ff880g", "ff", ""] {
-            assert_eq!(color(bad), None, "{bad}");
+            assert_eq!(color::parse(bad), None, "{bad}");
         }
         assert_eq!(fog("0.5").unwrap().density, 0.5);
         assert_eq!(fog("0.5,#ffffff").unwrap().color, Vec3::ONE);

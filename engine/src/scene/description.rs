@@ -5,6 +5,8 @@
 
 use std::sync::Arc;
 
+use super::rendering::Rendering;
+use super::shown::Shown;
 use crate::background::{Background, Gradient};
 use crate::geometry::Geometry;
 use crate::light::{AmbientLight, Hemisphere, Light};
@@ -22,6 +24,8 @@ pub struct SceneDescription {
     pub geometry: Vec<Arc<dyn Geometry>>,
     /// Volumes, of which iso-surfaces and media are made.
     pub volumes: Vec<Volume>,
+    /// What each of them is shown as, as far as it is said: there may be fewer of these than volumes.
+    pub shown: Vec<Option<Shown>>,
     /// What the geometries' material indices refer to.
     pub materials: Vec<NamedMaterial>,
     /// Where light comes from; none gives the default lights, placed around the geometry.
@@ -36,6 +40,21 @@ pub struct SceneDescription {
     pub up: Option<Up>,
     /// Where to look from; `None` frames everything.
     pub view: Option<View>,
+    /// How to render it.
+    pub rendering: Rendering,
+    /// What it was put together from, if that is known.
+    pub objects: Vec<Object>,
+}
+
+/// What a scene says of a file, or of another part of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Object {
+    /// What it is: `mesh`, `volume`, ...
+    pub kind: &'static str,
+    /// What the scene calls it: usually a file.
+    pub name: String,
+    /// The material that all of it has, where the scene says so.
+    pub material: Option<String>,
 }
 
 impl Default for SceneDescription {
@@ -45,6 +64,7 @@ impl Default for SceneDescription {
             name: String::new(),
             geometry: Vec::new(),
             volumes: Vec::new(),
+            shown: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
             ambient: Arc::new(Hemisphere::default()),
@@ -52,6 +72,8 @@ impl Default for SceneDescription {
             media: Vec::new(),
             up: None,
             view: None,
+            rendering: Rendering::default(),
+            objects: Vec::new(),
         }
     }
 }
@@ -74,16 +96,21 @@ impl SceneDescription {
     }
 
     /// Adds everything of `other`, whose material indices it shifts; keeps its own name, background, up and view
-    /// where it has them.
+    /// where it has them, and so for each thing that it says of how to render it.
     pub fn merge(&mut self, mut other: SceneDescription) {
         let shift = self.materials.len() as u32;
         self.geometry.extend(other.geometry.into_iter().map(|geometry| geometry.shift_materials(shift)));
+        self.shown.resize(self.volumes.len(), None);
+        other.shown.iter_mut().flatten().for_each(|shown| shown.shift_materials(shift));
         self.volumes.append(&mut other.volumes);
+        self.shown.append(&mut other.shown);
         self.materials.append(&mut other.materials);
         self.lights.append(&mut other.lights);
         self.media.append(&mut other.media);
         self.up = self.up.or(other.up);
         self.view = self.view.or(other.view);
+        self.rendering.merge(other.rendering);
+        self.objects.append(&mut other.objects);
         if self.name.is_empty() {
             self.name = other.name;
         }
