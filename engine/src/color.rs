@@ -57,6 +57,28 @@ pub fn from_srgb(curve: [f64; 3]) -> Vec3 {
     Vec3::from(curve.map(|v| linear(v) as f32))
 }
 
+/// A colour in words: three numbers from 0 to 1 with commas or blanks between them, which are linear in light; or `#` and six or three
+/// hexadecimal digits, which are on the sRGB curve (of six, the `#` may be left out).
+pub fn parse(text: &str) -> Option<Vec3> {
+    let text = text.trim();
+    let digits = text.strip_prefix('#').unwrap_or(text);
+    let number = u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'));
+    match (number, digits.len()) {
+        (Some(number), 6) => Some(from_srgb8([number >> 16, number >> 8, number].map(|byte| byte as u8))),
+        // Each digit stands for two.
+        (Some(number), 3) if digits != text => {
+            Some(from_srgb8([number >> 8, number >> 4, number].map(|digit| (digit & 15) as u8 * 17)))
+        }
+        _ => {
+            let parts: Vec<&str> = text.split([',', ' ']).filter(|part| !part.is_empty()).collect();
+            let numbers: Vec<f32> = parts.iter().filter_map(|part| part.parse().ok()).collect();
+            let &[r, g, b] = &numbers[..] else { return None };
+            let whole = parts.len() == 3 && !text.contains(",,");
+            (whole && [r, g, b].iter().all(|x| (0.0..=1.0).contains(x))).then_some(Vec3::new(r, g, b))
+        }
+    }
+}
+
 struct ToPixels<'a> {
     colors: [&'a [f32]; 3],
     count: usize,

@@ -29,8 +29,8 @@
 //! | [`scale`] | how rendering scales: measured, and projected to more processors |
 //! | [`display`] | where pictures go: PNG files, two eyes in one picture, a window |
 //! | [`app`] | from a scene description to a pipeline that renders it |
-//! | [`builtin`], [`generate`] | scenes from no file |
 //! | [`load`] | files from strangers become scene descriptions |
+//! | [`builtin`], [`generate`] | scenes from no file |
 //! | [`scene`] | what is in a scene, and the scene made ready to be rendered |
 //! | [`renderer`] | what is computed for a packet of rays |
 //! | [`sampler`] | which rays a pixel gets, and in which packets |

@@ -121,6 +121,14 @@ impl Attribute {
         self.values.get(place)
     }
 
+    /// Values that are bytes.
+    pub(super) fn bytes_by_place(&self) -> Option<&[u8]> {
+        match &self.values {
+            Values::U8(values) => Some(values),
+            Values::F32(_) => None,
+        }
+    }
+
     pub(super) fn range(&self) -> Option<[f32; 2]> {
         self.range
     }

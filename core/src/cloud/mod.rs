@@ -100,6 +100,19 @@ impl Cloud {
         self.attributes.get(attribute)?.range()
     }
 
+    /// Which values an attribute of bytes has, rising; `None` if it is of floats.
+    pub fn kinds(&self, attribute: usize) -> Option<Vec<u8>> {
+        let bytes = self.attributes.get(attribute)?.bytes_by_place()?;
+        let mut there = [false; 256];
+        let used = |place: usize| self.bvh.leaves[place / BLOCK].ids()[place % BLOCK] != NO_HIT;
+        bytes
+            .iter()
+            .enumerate()
+            .filter(|&(place, _)| used(place))
+            .for_each(|(_, &kind)| there[usize::from(kind)] = true);
+        Some((0..=u8::MAX).filter(|&kind| there[usize::from(kind)]).collect())
+    }
+
     /// Least and greatest corner of all spheres; `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds> {
         let bounds = self.bvh.bounds();

@@ -1,22 +1,24 @@
-//! What transactions change of how volumes are shown.
+//! What transactions change of how volumes and particles are shown.
 
 use std::sync::Arc;
 
 use super::State;
-use crate::geometry::{Geometry, IsoSurfaces};
+use crate::geometry::{Geometry, IsoSurfaces, Particles};
 use crate::medium::{Between, Volume};
 use crate::volume::TransferFunction;
 
-/// How the volumes of a scene are shown.
+/// How the volumes and particles of a scene are shown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Volumes {
     /// The values of the iso-surfaces, and the range that they are in; none if there are none, or those of several volumes differ.
     pub iso: Option<(Vec<f64>, [f64; 2])>,
     /// Level and width of the media, and the range of their values; none if there are none, or those of several volumes differ.
     pub window: Option<([f64; 2], [f64; 2])>,
+    /// The attribute that decides about the colours of particles, between which of its values they are shown, and the range of these.
+    pub crop: Option<(String, [f32; 2], [f32; 2])>,
     /// The step of time, from 0.
     pub step: usize,
-    /// The steps of that volume that has most of them; 0 if there is no volume.
+    /// The steps of that volume, or those particles, that have most of them; 0 if there are none.
     pub steps: usize,
 }
 
@@ -29,18 +31,30 @@ impl State {
         let iso = surfaces().next().filter(|first| surfaces().all(|other| other.values == first.values));
         let window = media().next().filter(|first| media().all(|other| other.window() == first.window()));
         let series = surfaces().map(|one| &one.series).chain(media().map(Volume::series));
-        let longest = series.max_by_key(|series| series.steps());
+        let particles = || scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<Particles>());
+        let crop = particles().find_map(|one| {
+            let attribute = one.coloring.as_ref()?.attribute.clone();
+            let range = one.range(&attribute)?;
+            let cropped = one.crops.iter().find(|crop| crop.attribute == attribute);
+            let shown =
+                cropped.map_or(Some(range), |crop| <[_; 1]>::try_from(&crop.ranges[..]).ok().map(|[only]| only));
+            Some((attribute, shown?, range))
+        });
+        let steps = series.map(|series| (series.steps(), series.step()));
+        let (steps, step) =
+            steps.chain(particles().map(|one| (one.steps().len(), one.step()))).max().unwrap_or_default();
         Volumes {
             iso: iso.map(|first| (first.values.clone(), first.series.range())),
             window: window.map(|first| (first.window(), first.series().range())),
-            step: longest.map_or(0, |series| series.step()),
-            steps: longest.map_or(0, |series| series.steps()),
+            crop,
+            step,
+            steps,
         }
     }
 
     /// Gives all iso-surfaces these values, where there are as many. Nothing has to be built.
     pub fn set_iso_values(&mut self, values: &[f64]) {
-        self.change_surfaces(|surfaces| {
+        self.change_geometry(|surfaces: &IsoSurfaces| {
             let as_many = surfaces.values.len() == values.len();
             as_many.then(|| IsoSurfaces { values: values.to_vec(), ..surfaces.clone() })
         });
@@ -60,16 +74,29 @@ impl State {
         });
     }
 
-    /// Shows all volumes at a step of time; behind the last comes the first. Nothing has to be built.
+    /// Shows all volumes and particles at a step of time; behind the last comes the first. Nothing has to be built.
     pub fn set_step(&mut self, step: usize) {
-        self.change_surfaces(|surfaces| Some(IsoSurfaces { series: surfaces.series.at(step), ..surfaces.clone() }));
+        self.change_geometry(|surfaces: &IsoSurfaces| {
+            Some(IsoSurfaces { series: surfaces.series.at(step), ..surfaces.clone() })
+        });
+        self.change_geometry(|particles: &Particles| Some(particles.at(step)));
         self.change_media(|volume| volume.at(step));
     }
 
-    fn change_surfaces(&mut self, change: impl Fn(&IsoSurfaces) -> Option<IsoSurfaces>) {
+    /// Shows only particles whose value of an attribute is in a range. Nothing has to be built.
+    pub fn set_crop(&mut self, attribute: &str, range: [f32; 2]) {
+        self.change_geometry(|particles: &Particles| {
+            particles.cloud().attribute(attribute).map(|_| particles.cropped(attribute, range))
+        });
+    }
+
+    fn change_geometry<G: Geometry>(&mut self, change: impl Fn(&G) -> Option<G>) {
         let geometry = &mut self.stack.scene.geometry;
-        let changed = |one: &Arc<dyn Geometry>| match one.downcast_ref::<IsoSurfaces>().and_then(&change) {
-            Some(surfaces) => Arc::new(surfaces),
+        if !geometry.list().iter().any(|one| one.downcast_ref::<G>().is_some()) {
+            return;
+        }
+        let changed = |one: &Arc<dyn Geometry>| match one.downcast_ref::<G>().and_then(&change) {
+            Some(changed) => Arc::new(changed),
             None => Arc::clone(one),
         };
         let list = geometry.list().iter().map(changed).collect();

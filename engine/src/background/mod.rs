@@ -8,6 +8,6 @@ mod kind;
 
 pub use constant::Constant;
 pub use gradient::Gradient;
-pub use kind::BackgroundKind;
+pub use kind::{BackgroundKind, parse};
 
 pub use crate::stack::Background;

@@ -26,9 +26,9 @@ use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, Lengths, Plane, Point, Shading, Tile, Transfer, UpChoice, Window, as_given, at_least_one, background,
-    channels, distance, finite, fog, fov, lengths, part, plane, png, point, samples, size, step_length, threads, tile,
-    transfer, up, window,
+    Crop, Given, Lengths, Plane, Point, Range, Shading, Tile, Transfer, UpChoice, Window, as_given, at_least_one,
+    background, channels, crop, distance, finite, fog, fov, lengths, part, plane, png, point, range, samples, size,
+    step_length, threads, tile, transfer, up, window,
 };
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -90,9 +90,9 @@ pub(crate) struct SceneOptions {
     #[command(flatten)]
     pub(crate) raw: RawOptions,
 
-    /// Size of the picture in pixels; a width alone has 3/4 of it as height
-    #[arg(short, long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
-    pub(crate) size: Size,
+    /// Size of the picture in pixels; a width alone has 3/4 of it as height [default: 1024x768]
+    #[arg(short, long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<Size>,
 
     /// Render threads [default: one per processor]
     #[arg(short, long, value_name = "N", value_parser = threads)]
@@ -109,10 +109,10 @@ pub(crate) struct SceneOptions {
     pub(crate) packet: Option<PacketWidth>,
 
     #[arg(
-        short, long, value_name = "NAME", default_value_t = RendererKind::Raytracer,
-        help = format!("Renderer: {}", list(RendererKind::NAMES))
+        short, long, value_name = "NAME",
+        help = format!("Renderer: {} [default: {}]", list(RendererKind::NAMES), RendererKind::Raytracer)
     )]
-    pub(crate) renderer: RendererKind,
+    pub(crate) renderer: Option<RendererKind>,
 
     /// Samples per pixel, a square number up to 1024 [default: 16 for pictures in files, else 1]
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
@@ -136,10 +136,9 @@ pub(crate) struct SceneOptions {
     pub(crate) accel: AccelerationKind,
 
     #[arg(
-        long, value_name = "KIND", default_value_t = CameraKind::Pinhole,
-        help = format!("Camera: {}", list(CameraKind::NAMES))
+        long, value_name = "KIND", help = format!("Camera: {} [default: {}]", list(CameraKind::NAMES), CameraKind::Pinhole)
     )]
-    pub(crate) camera: CameraKind,
+    pub(crate) camera: Option<CameraKind>,
 
     /// Position of the eye, as files have it [default: frames the scene]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
@@ -223,9 +222,9 @@ pub(crate) struct VolumeOptions {
     #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "X,Y,Z,D", value_parser = plane)]
     pub(crate) cut: Vec<Plane>,
 
-    /// Step of time, of volumes and particles, from 0
-    #[arg(long, help_heading = "Volumes", value_name = "N", default_value_t = 0)]
-    pub(crate) step: usize,
+    /// Step of time, of volumes and particles, from 0 [default: 0]
+    #[arg(long, help_heading = "Volumes", value_name = "N")]
+    pub(crate) step: Option<usize>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -241,6 +240,25 @@ pub(crate) struct ParticleOptions {
     /// Edges of the periodic box of particles [default: as files say]
     #[arg(long = "box", help_heading = "Particles", value_name = "X,Y,Z", requires = "tile", value_parser = lengths)]
     pub(crate) periodic_box: Option<Lengths>,
+
+    /// The attribute that decides about the colours of particles, or none [default: element, or else the first]
+    #[arg(long, help_heading = "Particles", value_name = "ATTRIBUTE")]
+    pub(crate) color_by: Option<String>,
+
+    #[arg(long, help_heading = "Particles", value_name = "NAME|FILE", value_parser = transfer, help = format!(
+        "Colours of the attribute: {}, labels (a colour for each whole number), elements (those of atoms), or a file as for --transfer \
+         [default: viridis; of whole numbers labels]", Preset::NAMES.join(", ")
+    ))]
+    pub(crate) map: Option<Transfer>,
+
+    /// The values that have the first and the last colour [default: the least and the greatest of all steps]
+    #[arg(long, help_heading = "Particles", value_name = "LO,HI", value_parser = range, allow_hyphen_values = true)]
+    pub(crate) range: Option<Range>,
+
+    /// Shows only particles whose value of an attribute is from LO to HI, both included, or in another range of the same option; may be
+    /// given for several attributes, of which all count
+    #[arg(long, help_heading = "Particles", value_name = "ATTRIBUTE=LO,HI[,LO,HI...]", value_parser = crop)]
+    pub(crate) crop: Vec<Crop>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -255,6 +273,10 @@ pub(crate) struct RenderOptions {
     /// Frames to render; the last is written, or all of them if the file's name has a place for their numbers
     #[arg(short = 'n', long, value_name = "N", default_value_t = 1, value_parser = at_least_one)]
     pub(crate) frames: u64,
+
+    /// Draws what the colours of particles mean into a corner of the picture
+    #[arg(long)]
+    pub(crate) legend: bool,
 
     /// Viewpoints around the scene, rendered together; with more than one, FILE-0.png, FILE-1.png, ... are written
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = channels)]
@@ -314,10 +336,17 @@ impl SceneOptions {
         for Plane(numbers) in cut {
             option("cut", joined(numbers.iter().map(f64::to_string).collect()));
         }
-        let ParticleOptions { radius, tile, periodic_box } = &self.particles;
+        let ParticleOptions { radius, tile, periodic_box, color_by, map, range, crop } = &self.particles;
         option("radius", radius.map(|radius| radius.to_string()));
         option("tile", tile.and_then(|Tile(times)| joined(times.map(|n| n.to_string()).into())));
         option("box", periodic_box.and_then(|Lengths(sides)| joined(sides.map(|x| x.to_string()).into())));
+        option("color-by", color_by.clone());
+        option("map", map.as_ref().map(Transfer::to_string));
+        option("range", range.and_then(|Range(ends)| joined(ends.map(|x| x.to_string()).into())));
+        for Crop { attribute, ranges } in crop {
+            let ends = joined(ranges.iter().flatten().map(f32::to_string).collect());
+            option("crop", ends.map(|ends| format!("{attribute}={ends}")));
+        }
         option("fog", self.fog.as_ref().map(|given| given.words.clone()));
         words.join(" ")
     }

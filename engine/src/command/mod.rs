@@ -13,7 +13,6 @@ mod raw;
 mod render;
 mod scale;
 mod scene;
-mod series;
 mod shown;
 mod signals;
 mod values;
@@ -29,14 +28,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{CommandFactory, FromArgMatches};
+use glam::Vec3;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
 use mobula::light::Point;
 use mobula::load::{Loaded, Place, printable};
+use mobula::medium::Fog;
 use mobula::pipeline::{Config, Pipeline};
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
-use mobula::scene::Geometries;
+use mobula::scene::{Geometries, Steps};
 use mobula::stack::Scene;
 use mobula_core::simd::AnyToken;
 use serde_json::Value;
@@ -202,35 +203,47 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         Some(level) => AnyToken::for_level(level)?,
         None => AnyToken::from_env()?,
     };
+    let packet = options.packet.unwrap_or(app::PacketWidth::best(token.level()));
+    let threads = options.threads.unwrap_or(Config::default().threads);
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let (rays, level) = (counted(packet.rays(), "ray"), token.level());
+    tell!("mobula: {level}, packets of {rays}, {}", counted(threads, "thread"));
+
+    let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, &options.raw)?;
+    // Options win over what scene files say.
+    let said = scene.rendering.clone();
+    let usual = Settings::default();
     let mut settings = Settings {
         token,
-        packet: options.packet.unwrap_or(app::PacketWidth::best(token.level())),
-        threads: options.threads.unwrap_or(Config::default().threads),
-        size: options.size,
+        packet,
+        threads,
+        size: options.size.or(said.size).unwrap_or(usual.size),
         view: None,
-        camera: options.camera,
-        renderer: options.renderer,
-        sampler: options.samples.or(options.sampler).unwrap_or(sampler),
+        camera: options.camera.or(said.camera).unwrap_or(usual.camera),
+        renderer: options.renderer.or(said.renderer).unwrap_or(usual.renderer),
+        sampler: options.samples.or(options.sampler).or(said.sampler).unwrap_or(sampler),
         traverser: options.traverser,
         balancer: options.balancer,
         acceleration: options.accel,
-        shadows: !options.no_shadows,
+        shadows: !options.no_shadows && said.shadows.unwrap_or(usual.shadows),
         on_demand,
     };
-    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-    let (level, threads) = (token.level(), counted(settings.threads, "thread"));
-    tell!("mobula: {level}, packets of {}, {threads}", counted(settings.packet.rays(), "ray"));
-
-    let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, &options.raw)?;
+    let step = options.volumes.step.or(said.time.map(|time| time.shown)).unwrap_or(0);
+    let steps = Steps { shown: step, all: on_demand };
     shown::without_effect(&scene, &options.volumes).iter().for_each(|warning| say!("mobula: warning: {warning}"));
-    let (shown, volume_seconds) = render::timed(|| shown::show(&mut scene, &options.volumes, &place, on_demand));
+    let build = Build::from(settings.acceleration);
+    particles::without_effect(&scene, &options.particles).iter().for_each(|warning| say!("mobula: warning: {warning}"));
+    let (shown, shown_seconds) = render::timed(|| {
+        shown::add(&mut scene, &options.volumes, &place, steps)?;
+        particles::add(&mut scene, &options.particles, &place, steps, &build)
+    });
     shown?;
-    particles::show(&mut scene, &options.particles, options.volumes.step, &place)?;
     scene.up = options.up.0.or(scene.up);
     if let Some(values::Point(position)) = options.light {
         scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
     }
     if let Some(fog) = &options.fog {
+        scene.media.retain(|medium| medium.downcast_ref::<Fog>().is_none());
         scene.media.push(Arc::new(fog.value));
     }
     if let Some(background) = &options.background {
@@ -239,7 +252,6 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     if !scene.media.is_empty() && settings.renderer != RendererKind::Raytracer {
         say!("mobula: warning: the renderer {} shows no media (--transfer, --fog); raytracer does", settings.renderer);
     }
-    let build = Build::from(settings.acceleration);
     let building = || -> Result<_, Failure> {
         let geometry = Geometries::build(scene.geometry.clone(), &build);
         Ok(app::pipeline_with_geometry(&scene, geometry.map_err(app::AppError::from)?, &settings)?)
@@ -253,14 +265,18 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let state = pipeline.state();
     told_of_what_is_far(&state.stack.scene);
     let mut chosen = *state.chosen();
-    chosen.view.eye = options.eye.map_or(chosen.view.eye, |eye| place.put(eye.0).into());
-    chosen.view.at = options.at.map_or(chosen.view.at, |at| place.put(at.0).into());
-    chosen.view.fov = options.fov.unwrap_or(chosen.view.fov);
+    let point = |point: Option<values::Point>| point.map(|point| Vec3::from(place.put(point.0)));
+    chosen.view.eye = point(options.eye).or(said.eye).unwrap_or(chosen.view.eye);
+    chosen.view.at = point(options.at).or(said.at).unwrap_or(chosen.view.at);
+    // Where the command line says which axis is up, it is that of the view too.
+    let up = said.up.filter(|_| options.up.0.is_none());
+    chosen.view.up = up.unwrap_or(chosen.view.up);
+    chosen.view.fov = options.fov.or(said.fov).unwrap_or(chosen.view.fov);
     if chosen.view.eye == chosen.view.at {
         let problem = "the eye is where it looks at, so that it looks nowhere: --eye and --at must be different points";
         return Err(Failure::Usage(problem.to_owned()));
     }
     state.choose(chosen);
     settings.view = Some(chosen.view);
-    Ok(Prepared { pipeline, settings, name: scene.name, build_seconds: volume_seconds + seconds, place })
+    Ok(Prepared { pipeline, settings, name: scene.name, build_seconds: shown_seconds + seconds, place })
 }

@@ -2,80 +2,97 @@
 
 use std::sync::Arc;
 
-use mobula::geometry::Spheres;
-use mobula::load::{Place, printable};
-use mobula::particles::{ParticleStep, Particles, TilingError};
-use mobula::scene::SceneDescription;
-use mobula::volume::Statistics;
+use mobula::accel::Build;
+use mobula::geometry::Cropping;
+use mobula::load::{Place, load_transfer, printable};
+use mobula::particles::{Particles, TilingError};
+use mobula::scene::{ColorBy, Map, ParticleError, ParticleLook, SceneDescription, Steps, show_particles};
+use mobula::volume::{Preset, Statistics};
 use serde_json::{Value, json};
 
 use super::args::ParticleOptions;
 use super::failure::Failure;
 use super::histogram::{self, short};
 use super::scene::grouped;
-use super::tell;
-use super::values::{Lengths, Tile};
+use super::values::{Crop, Lengths, Range, Tile, Transfer};
+use super::{progress, tell};
 
-/// Adds to a scene what its particles are shown as at a step of time; behind the last step comes the first.
-pub(crate) fn show(
+/// Adds to a scene what its particles are shown as: as it says itself, or else as the options do.
+pub(crate) fn add(
     scene: &mut SceneDescription,
     options: &ParticleOptions,
-    step: usize,
     place: &Place,
+    steps: Steps,
+    build: &Build,
 ) -> Result<(), Failure> {
-    for number in 0..scene.particles.len() {
-        let particles = &scene.particles[number];
-        let Some(shown) = particles.steps.get(step % particles.steps.len().max(1)) else { continue };
-        let guess = || {
-            let guess = particles.guessed_radius();
-            if shown.radii.is_empty() {
-                let radius = short(f64::from(guess) / place.scale);
-                let name = printable(&particles.name);
-                tell!("mobula: {name}: particles have no radius; {radius} is guessed; choose another with --radius");
-            }
-            guess
-        };
-        let radius = options.radius.map(|radius| (f64::from(radius) * place.scale) as f32);
-        let tiled = tiled(particles, shown, options, place)?;
-        let spheres = spheres(&particles.name, &tiled, radius, guess);
-        scene.add(spheres);
+    let map = options.map.as_ref().map(map).transpose()?;
+    let color = match &options.color_by {
+        None if options.map.is_some() || options.range.is_some() => {
+            return Err(Failure::Usage("--map and --range are for --color-by, which is not given".to_owned()));
+        }
+        None => ColorBy::Auto,
+        Some(name) if name == "none" => ColorBy::Material,
+        Some(name) => ColorBy::Attribute { name: name.clone(), map, range: options.range.map(|Range(range)| range) },
+    };
+    let mut crops: Vec<Cropping> = Vec::new();
+    for Crop { attribute, ranges } in &options.crop {
+        // Of several for one attribute the last counts.
+        crops.retain(|crop| crop.attribute != *attribute);
+        crops.push(Cropping { attribute: attribute.clone(), ranges: ranges.clone() });
     }
+    let look = ParticleLook {
+        radius: options.radius.map(|radius| (f64::from(radius) * place.scale) as f32),
+        tile: options.tile.map(|Tile(times)| times),
+        cell: options.periodic_box.map(|Lengths(sides)| {
+            let [x, y, z] = sides.map(|side| (side * place.scale) as f32);
+            [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
+        }),
+        material: None,
+        crops,
+        color,
+    };
+    let shown = progress::watch("building", &build.progress, || show_particles(scene, |_| look.clone(), steps, build));
+    let notes = shown.map_err(|error| {
+        Failure::Usage(match error {
+            ParticleError::Tiling(name, TilingError::NoBox) => {
+                let name = printable(&name).into_owned();
+                format!("--tile: {name} does not say how large its periodic box is: give its edges with --box X,Y,Z")
+            }
+            error => printable(&error.to_string()).into_owned(),
+        })
+    })?;
+    notes.iter().for_each(|note| tell!("mobula: {}", printable(note)));
     Ok(())
 }
 
-/// A step as geometry. `radius` is that of all; without it they have their own, or a guessed one.
-fn spheres(name: &str, step: &ParticleStep, radius: Option<f32>, guess: impl Fn() -> f32) -> Spheres {
-    let radii = match radius {
-        Some(radius) => vec![radius],
-        None if step.radii.is_empty() => vec![guess()],
-        None => step.radii.clone(),
-    };
-    Spheres { name: name.to_owned(), centers: step.centers.clone(), radii, ..Spheres::default() }
+/// Which options do nothing in a scene, and why.
+pub(crate) fn without_effect(scene: &SceneDescription, options: &ParticleOptions) -> Option<String> {
+    let ParticleOptions { radius, tile, color_by, crop, .. } = options;
+    let given = [
+        ("--radius", radius.is_some()),
+        ("--tile", tile.is_some()),
+        ("--color-by", color_by.is_some()),
+        ("--crop", !crop.is_empty()),
+    ];
+    let names: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
+    let nothing = scene.particles.is_empty() && !names.is_empty();
+    nothing.then(|| format!("{}: there are no particles", names.join(", ")))
 }
 
-/// A step with its periodic box repeated, as somebody asked for.
-fn tiled(
-    particles: &Particles,
-    step: &Arc<ParticleStep>,
-    options: &ParticleOptions,
-    place: &Place,
-) -> Result<Arc<ParticleStep>, Failure> {
-    let Some(Tile(times)) = options.tile else { return Ok(Arc::clone(step)) };
-    let mut step = (**step).clone();
-    if let Some(Lengths(sides)) = options.periodic_box {
-        let [x, y, z] = sides.map(|side| (side * place.scale) as f32);
-        step.cell = Some([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]);
-    }
-    let name = printable(&particles.name);
-    step.tiled(times).map(Arc::new).map_err(|error| {
-        Failure::Usage(match error {
-            TilingError::NoBox => {
-                format!("--tile: {name} does not say how large its periodic box is: give its edges with --box X,Y,Z")
-            }
-            TilingError::TooMany(count) => {
-                format!("--tile: {name} would have {count} particles, which are too many: repeat it less often")
-            }
-        })
+/// The colour map that a word means.
+fn map(word: &Transfer) -> Result<Map, Failure> {
+    Ok(match word {
+        Transfer::Preset(preset) => Map::Preset(*preset),
+        Transfer::Labels => Map::Labels,
+        Transfer::File(file) if file.as_os_str() == "elements" => Map::Elements,
+        Transfer::File(file) if !file.exists() => {
+            let known = Preset::NAMES.join(", ");
+            let name = printable(&file.display().to_string()).into_owned();
+            return Err(Failure::Usage(format!(
+                "--map {name}: there is neither a colour map of this name nor such a file; there are {known}, labels and elements"
+            )));
+        }
+        Transfer::File(file) => Map::Function(Arc::new(load_transfer(file)?)),
     })
 }
 
@@ -97,7 +114,7 @@ pub(crate) fn object(particles: &Particles, place: &Place) -> Value {
     };
     let attributes = sample.attributes.iter().filter_map(|known| {
         let found = particles.statistics(&known.name)?;
-        Some(attribute((&known.name, known.values.type_name()), &found, 1.0))
+        Some(attribute((&known.name, known.type_name()), &found, 1.0))
     });
     let counts: Vec<_> = particles.steps.iter().map(|step| step.centers.len()).collect();
     json!({
@@ -159,7 +176,7 @@ pub(crate) fn lines(particles: &Particles, place: &Place) -> Vec<(String, String
     }
     for known in &sample.attributes {
         if let Some(found) = particles.statistics(&known.name) {
-            values(&known.name, known.values.type_name(), &found, 1.0);
+            values(&known.name, known.type_name(), &found, 1.0);
         }
     }
     lines

@@ -160,6 +160,7 @@ pub(crate) fn render_default(options: &SceneOptions) -> Result<(), Failure> {
         stereo: None,
         eye_distance: None,
         stats: false,
+        legend: false,
         json: false,
     })
 }

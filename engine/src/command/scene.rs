@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mobula::geometry::Role;
-use mobula::load::{self, Loaded, Place, Report, printable};
+use mobula::load::{self, Loaded, Place, Report, printable, series};
 use mobula::progress::Progress;
 use mobula::scene::SceneDescription;
 use mobula::{builtin, generate};
@@ -12,7 +12,7 @@ use mobula::{builtin, generate};
 use super::failure::Failure;
 use super::progress::watch;
 use super::raw::RawOptions;
-use super::{say, series, tell};
+use super::{say, tell};
 
 /// More warnings than these are only counted.
 const MOST_WARNINGS: usize = 8;

@@ -4,10 +4,9 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec3;
-use mobula::background::{Background, BackgroundKind, Constant};
+use mobula::background::{self, Background, BackgroundKind};
 use mobula::camera::Up;
-use mobula::color::from_srgb8;
+use mobula::color;
 use mobula::image::Size;
 use mobula::medium::{Fog, LEAST_STEP};
 use mobula::pipeline::MAX_THREADS;
@@ -97,6 +96,44 @@ pub(super) fn tile(text: &str) -> Result<Tile, String> {
     }
 }
 
+/// From a value to a greater one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Range(pub(super) [f32; 2]);
+
+pub(super) fn range(text: &str) -> Result<Range, String> {
+    match ends(text) {
+        Some([low, high]) if low < high && low.is_finite() && high.is_finite() => Ok(Range([low, high])),
+        _ => Err("write two numbers with a comma between them, the second greater, such as 0,2.5".into()),
+    }
+}
+
+/// Values of an attribute, both ends included.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Crop {
+    pub(super) attribute: String,
+    pub(super) ranges: Vec<[f32; 2]>,
+}
+
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
+    let ranges = |text: &str| -> Option<Vec<[f32; 2]>> {
+        let numbers = text.split(',').map(|number| number.trim().parse().ok()).collect::<Option<Vec<f32>>>()?;
+        let (pairs, rest) = numbers.as_chunks();
+        (rest.is_empty() && pairs.iter().all(|[low, high]| low <= high)).then(|| pairs.to_vec())
+    };
+    match text.split_once('=').and_then(|(name, text)| Some((name.trim(), ranges(text)?))) {
+        Some((name, ranges)) if !name.is_empty() => Ok(Crop { attribute: name.to_owned(), ranges }),
+        _ => {
+            Err("write a name, = and two numbers with a comma between them, such as speed=0.1,9; inf is a number"
+                .into())
+        }
+    }
+}
+
+fn ends(text: &str) -> Option<[f32; 2]> {
+    let (low, high) = text.split_once(',')?;
+    Some([low.trim().parse().ok()?, high.trim().parse().ok()?])
+}
+
 /// Three lengths above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lengths(pub(super) [f64; 3]);
@@ -175,12 +212,6 @@ pub(super) fn point(text: &str) -> Result<Point, String> {
     }
 }
 
-pub(super) fn vector(text: &str) -> Result<Vec3, String> {
-    let Point([x, y, z]) = point(text)?;
-    let vector = Vec3::new(x as f32, y as f32, z as f32);
-    if vector.is_finite() { Ok(vector) } else { Err("the numbers are too large".into()) }
-}
-
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| "give numbers with commas between them, such as 300 or -200,300".into())
@@ -223,28 +254,9 @@ pub(super) fn up(text: &str) -> Result<UpChoice, String> {
 }
 
 pub(super) fn background(text: &str) -> Result<Arc<dyn Background>, String> {
-    if let Ok(kind) = text.parse::<BackgroundKind>() {
-        return Ok(kind.build());
-    }
-    let unknown = || {
+    background::parse(text).ok_or_else(|| {
         format!("give {}, three numbers from 0 to 1 such as 0.1,0.2,0.3, or #rrggbb", BackgroundKind::NAMES.join(", "))
-    };
-    color(text).map(|color| Arc::new(Constant { color }) as _).ok_or_else(unknown)
-}
-
-/// A colour: three numbers from 0 to 1 that are linear in light, or six hexadecimal digits, or three, that are sRGB.
-pub(super) fn color(text: &str) -> Option<Vec3> {
-    let text = text.trim();
-    let digits = text.strip_prefix('#').unwrap_or(text);
-    let number = u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'));
-    match (number, digits.len()) {
-        (Some(number), 6) => Some(from_srgb8([number >> 16, number >> 8, number].map(|byte| byte as u8))),
-        // Each digit stands for two.
-        (Some(number), 3) if digits != text => {
-            Some(from_srgb8([number >> 8, number >> 4, number].map(|digit| (digit & 15) as u8 * 17)))
-        }
-        _ => vector(text).ok().filter(|color| color.min_element() >= 0.0 && color.max_element() <= 1.0),
-    }
+    })
 }
 
 pub(super) fn fog(text: &str) -> Result<Fog, String> {
@@ -256,7 +268,7 @@ pub(super) fn fog(text: &str) -> Result<Fog, String> {
     let fog = Fog::new(density.ok_or_else(usage)?);
     match tint {
         None => Ok(fog),
-        Some(tint) => color(tint).map(|color| Fog { color, ..fog }).ok_or_else(usage),
+        Some(tint) => color::parse(tint).map(|color| Fog { color, ..fog }).ok_or_else(usage),
     }
 }
 
@@ -283,6 +295,8 @@ pub(super) fn png(text: &str) -> Result<PathBuf, String> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     #[test]
@@ -305,9 +319,9 @@ mod tests {
 
     #[test]
     fn values_are_checked() {
-        assert_eq!(vector("1,-2.5, 3e1"), Ok(Vec3::new(1.0, -2.5, 30.0)));
+        assert_eq!(point("1,-2.5, 3e1"), Ok(Point([1.0, -2.5, 30.0])));
         for bad in ["", "1,2", "1,2,3,4", "1,2,x", "nan,0,0", "1,,2,3"] {
-            assert!(vector(bad).is_err(), "{bad}");
+            assert!(point(bad).is_err(), "{bad}");
         }
         assert_eq!(samples("1"), Ok(SamplerKind::Single));
         assert_eq!(samples("16"), Ok(SamplerKind::Jittered { side: 4 }));
@@ -317,10 +331,10 @@ mod tests {
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
         assert!(background("2,0,0").is_err() && background("pink").is_err() && background("1,0,0.5").is_ok());
         for (text, expected) in [("#ff8800", [255, 136, 0]), ("FF8800", [255, 136, 0]), ("#f80", [255, 136, 0])] {
-            assert_eq!(color(text), Some(from_srgb8(expected)), "{text}");
+            assert_eq!(color::parse(text), Some(color::from_srgb8(expected)), "{text}");
         }
         for bad in ["#ff88", "f80", "#+ff880", "#ff880g", "ff", ""] {
-            assert_eq!(color(bad), None, "{bad}");
+            assert_eq!(color::parse(bad), None, "{bad}");
         }
         assert_eq!(fog("0.5").unwrap().density, 0.5);
         assert_eq!(fog("0.5,#ffffff").unwrap().color, Vec3::ONE);

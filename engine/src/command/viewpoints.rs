@@ -4,11 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use mobula::app::{Settings, State};
+use mobula::display::legend;
 use mobula::display::png::{PngDisplay, is_numbered};
 use mobula::pipeline::{Display, DisplayStage, Picture, Pipeline};
 
 use super::args::RenderOptions;
 use super::failure::Failure;
+use super::say;
 
 /// The eyes are as far apart as this part of the distance to what they look at.
 const APART: f32 = 1.0 / 30.0;
@@ -29,6 +31,11 @@ pub(crate) fn add(
 ) -> Result<Outputs, Failure> {
     let view = pipeline.state().chosen().view;
     let mut displays: Vec<Box<dyn Display>> = Vec::new();
+    let mut coloured = pipeline.state().stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref());
+    let legend = options.legend.then(|| coloured.find_map(legend)).flatten();
+    if options.legend && legend.is_none() {
+        say!("mobula: warning: --legend: there are no particles whose colours an attribute decides about");
+    }
     let files = if let Some(stereo) = options.stereo {
         stereo.size(settings.size).map_err(|error| Failure::Output(error.to_string()))?;
         let [left, right] = view.eyes(options.eye_distance.unwrap_or(view.distance() * APART));
@@ -36,7 +43,7 @@ pub(crate) fn add(
         let state = pipeline.state();
         state.choose(mobula::app::Chosen { view: left, ..*state.chosen() });
         state.stack.set_view(channel, right);
-        let file = PngDisplay::new(&options.output);
+        let file = PngDisplay::new(&options.output).with_sheet(legend);
         displays.extend(stereo.displays(file.clone()).map(|eye| Box::new(eye) as Box<dyn Display>));
         vec![file]
     } else {
@@ -46,7 +53,8 @@ pub(crate) fn add(
             let channel = pipeline.add_channel(format!("viewpoint {index}"), settings.size);
             pipeline.state().stack.set_view(channel, view.orbit(turn, 0.0));
         }
-        let files: Vec<_> = files(&options.output, count).into_iter().map(PngDisplay::new).collect();
+        let display = |file| PngDisplay::new(file).with_sheet(legend.clone());
+        let files: Vec<_> = files(&options.output, count).into_iter().map(display).collect();
         displays.extend(files.iter().map(|file| Box::new(file.clone()) as Box<dyn Display>));
         files
     };

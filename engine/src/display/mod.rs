@@ -3,11 +3,14 @@
 //! The trait [`Display`] and the stage that calls it belong to the [`pipeline`](crate::pipeline); here is what they show
 //! pictures on: a PNG file, a window, nothing.
 
+mod legend;
 pub mod png;
-#[cfg(feature = "window")]
 mod sheet;
 pub mod stereo;
 #[cfg(feature = "window")]
 pub mod window;
+
+pub use legend::legend;
+pub use sheet::Sheet;
 
 pub use crate::pipeline::{Display, NullDisplay, Picture, Shown};

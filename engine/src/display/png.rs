@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
+use super::sheet::Sheet;
 use crate::image::FrameBuffer;
 use crate::output;
 use crate::pipeline::{Display, Picture, Shown};
@@ -41,6 +42,15 @@ fn remedy(problem: &io::Error) -> &'static str {
 pub fn write_png(file: &Path, picture: &FrameBuffer) -> Result<(), PngError> {
     let (size, pixels) = (picture.size(), picture.pixels());
     write_pixels(file, [size.width(), size.height()], pixels)
+}
+
+/// As [`write_png`], with a sheet over the picture.
+fn write_covered(file: &Path, picture: &FrameBuffer, sheet: &Sheet) -> Result<(), PngError> {
+    let size = [picture.size().width(), picture.size().height()];
+    // Sheets have their bytes the other way round.
+    let mut pixels: Vec<u32> = picture.pixels().map(|pixel| pixel.swap_bytes() >> 8).collect();
+    pixels.chunks_exact_mut(size[0]).enumerate().for_each(|(y, row)| sheet.cover(size, y, row));
+    write_pixels(file, size, pixels.into_iter().map(|pixel| (pixel << 8).swap_bytes()))
 }
 
 /// As [`write_png`], from pixels as [`rgba8`](crate::image::rgba8) packs them, row by row from the top.
@@ -135,6 +145,8 @@ fn plain(error: png::EncodingError) -> io::Error {
 #[derive(Clone, Debug)]
 pub struct PngDisplay {
     file: PathBuf,
+    /// What is laid over each picture.
+    sheet: Option<Sheet>,
 }
 
 impl PngDisplay {
@@ -143,7 +155,12 @@ impl PngDisplay {
 
     /// Writes every frame that it is shown.
     pub fn new(file: impl Into<PathBuf>) -> Self {
-        Self { file: file.into() }
+        Self { file: file.into(), sheet: None }
+    }
+
+    /// With something laid over each picture.
+    pub fn with_sheet(self, sheet: Option<Sheet>) -> Self {
+        Self { sheet, ..self }
     }
 
     /// The file of a frame.
@@ -167,7 +184,11 @@ impl Display for PngDisplay {
     }
 
     fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
-        write_png(&self.file(picture.frame), picture.buffer)?;
+        let file = self.file(picture.frame);
+        match &self.sheet {
+            Some(sheet) => write_covered(&file, picture.buffer, sheet)?,
+            None => write_png(&file, picture.buffer)?,
+        }
         Ok(Shown::Continue)
     }
 }

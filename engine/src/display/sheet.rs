@@ -1,4 +1,4 @@
-//! Text over a picture: a sheet, partly transparent, that is laid over the rows of a picture as these are drawn.
+//! Text and colours over a picture: a sheet, partly transparent, that is laid over the rows of a picture as these are drawn.
 
 use std::convert::Infallible;
 
@@ -7,6 +7,7 @@ use embedded_graphics::geometry::{OriginDimensions, Point, Size};
 use embedded_graphics::mono_font::iso_8859_1::FONT_7X13;
 use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor, WebColors};
+use embedded_graphics::primitives::Rectangle;
 use embedded_graphics::text::{Baseline, Text};
 use embedded_graphics::{Drawable, Pixel};
 
@@ -16,35 +17,59 @@ const MARGIN: usize = 8;
 /// How much of the picture is left where there is nothing but the sheet, of 256.
 const LEFT: u32 = 80;
 
-/// A sheet with text.
+/// A sheet with text and colours.
 #[derive(Clone, Debug)]
-pub(super) struct Sheet {
+pub struct Sheet {
     width: usize,
-    /// What is written, as 0x01RRGGBB; 0 where nothing is.
+    /// What is drawn, as 0x01RRGGBB; 0 where nothing is.
     pixels: Vec<u32>,
+    /// Does it lie at the lower end of the picture? Else at the upper.
+    below: bool,
 }
 
+/// The size of a character.
+pub(super) const CHARACTER: [usize; 2] = [FONT.character_size.width as usize, FONT.character_size.height as usize];
+
 impl Sheet {
-    /// Lines of text. Characters that the font lacks are question marks.
-    pub(super) fn of_text(text: &str) -> Self {
+    /// Lines of text, for the upper left corner. Characters that the font lacks are question marks.
+    pub fn of_text(text: &str) -> Self {
         let longest = text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
-        let (wide, high) = (FONT.character_size.width as usize, FONT.character_size.height as usize);
-        let width = longest * wide + 2 * MARGIN;
-        let height = text.lines().count() * high + 2 * MARGIN;
-        let mut sheet = Self { width, pixels: vec![0; width * height] };
-        let style = MonoTextStyle::new(&FONT, Rgb888::CSS_WHITE);
-        let at = Point::new(MARGIN as i32, MARGIN as i32);
-        let Ok(_) = Text::with_baseline(text, at, style, Baseline::Top).draw(&mut sheet);
+        let mut sheet = Self::new([longest * CHARACTER[0], text.lines().count() * CHARACTER[1]], false);
+        sheet.write([0, 0], text);
         sheet
+    }
+
+    /// An empty one of a size, for the lower left corner if `below`.
+    pub(super) fn new([width, height]: [usize; 2], below: bool) -> Self {
+        let (width, height) = (width + 2 * MARGIN, height + 2 * MARGIN);
+        Self { width, pixels: vec![0; width * height], below }
+    }
+
+    /// Writes lines of text.
+    pub(super) fn write(&mut self, at: [usize; 2], text: &str) {
+        let style = MonoTextStyle::new(&FONT, Rgb888::CSS_WHITE);
+        let Ok(_) = Text::with_baseline(text, self.point(at), style, Baseline::Top).draw(self);
+    }
+
+    /// Fills a rectangle with a colour, bytes of sRGB.
+    pub(super) fn fill(&mut self, at: [usize; 2], size: [usize; 2], [r, g, b]: [u8; 3]) {
+        let area = Rectangle::new(self.point(at), Size::new(size[0] as u32, size[1] as u32));
+        let Ok(()) = self.fill_solid(&area, Rgb888::new(r, g, b));
+    }
+
+    fn point(&self, [x, y]: [usize; 2]) -> Point {
+        Point::new((x + MARGIN) as i32, (y + MARGIN) as i32)
     }
 
     fn height(&self) -> usize {
         self.pixels.len() / self.width
     }
 
-    /// Covers row `y` of a picture of pixels 0x00RRGGBB, from its upper left corner, as large as is easy to read.
-    pub(super) fn cover(&self, [width, height]: [usize; 2], y: usize, row: &mut [u32]) {
+    /// Covers row `y` of a picture of pixels 0x00RRGGBB, in its corner, as large as is easy to read.
+    pub fn cover(&self, [width, height]: [usize; 2], y: usize, row: &mut [u32]) {
         let scale = (width / (2 * self.width)).min(height / (2 * self.height())).clamp(1, 4);
+        let above = if self.below { height.saturating_sub(self.height() * scale) } else { 0 };
+        let Some(y) = y.checked_sub(above) else { return };
         let Some(written) = self.pixels.chunks_exact(self.width).nth(y / scale) else { return };
         for (pixel, written) in row.iter_mut().zip(written.iter().flat_map(|pixel| std::iter::repeat_n(pixel, scale))) {
             let darker = |shift: u32| ((*pixel >> shift & 255) * LEFT / 256) << shift;

@@ -45,6 +45,8 @@ pub struct Geometries {
     list: Vec<Arc<dyn Geometry>>,
     groups: Vec<Group>,
     census: Census,
+    /// Of each geometry.
+    censuses: Vec<Census>,
     /// The place of each geometry's first primitive among all, in the order of the structures.
     places: Vec<u64>,
 }
@@ -62,8 +64,9 @@ impl Geometries {
     /// # Errors
     /// If a geometry has more primitives than there are numbers, or there is no memory.
     pub fn build(list: Vec<Arc<dyn Geometry>>, build: &Build) -> Result<Self, SceneError> {
+        let censuses: Vec<Census> = list.iter().map(|geometry| geometry.census()).collect();
         let mut census = Census::default();
-        list.iter().for_each(|geometry| census.merge(&geometry.census()));
+        censuses.iter().for_each(|one| census.merge(one));
         let mut groups = Vec::new();
         let mut places = vec![0; list.len()];
         let mut place = 0;
@@ -88,7 +91,7 @@ impl Geometries {
             let materials = materials_of(numbers.iter().map(|&number| &*list[number]));
             groups.push(Group { structure, members, materials, below });
         }
-        Ok(Self { list, groups, census, places })
+        Ok(Self { list, groups, census, censuses, places })
     }
 
     /// The geometries, by number.
@@ -127,7 +130,8 @@ impl Geometries {
     }
 
     /// Replaces the geometries by others whose primitives are the same, at other places, and
-    /// [refits](super::Structure::refit) the structures: what animation calls before a frame.
+    /// [refits](super::Structure::refit) the structures: what animation calls before a frame. Where all geometries of a structure are
+    /// the same as before, nothing is done for it.
     ///
     /// # Errors
     /// [`NeedsRebuild`] if the primitives are not the same; then nothing has changed.
@@ -146,13 +150,20 @@ impl Geometries {
         if !fits || (0..list.len()).any(|number| !placed(number) && list[number].primitives() > 0) {
             return Err(NeedsRebuild);
         }
+        let same = |number: usize| Arc::ptr_eq(&list[number], &self.list[number]);
         for group in &mut self.groups {
-            let members = members(group);
+            if group.members.iter().all(|member| same(member.geometry as usize)) {
+                continue;
+            }
+            let members: Vec<_> = group.members.iter().map(|member| list[member.geometry as usize].clone()).collect();
             group.structure.refit(&members);
             group.materials = materials_of(members.iter().map(|member| &**member));
         }
+        for number in (0..list.len()).filter(|&number| !same(number)) {
+            self.censuses[number] = list[number].census();
+        }
         self.census = Census::default();
-        list.iter().for_each(|geometry| self.census.merge(&geometry.census()));
+        self.censuses.iter().for_each(|census| self.census.merge(census));
         self.list = list;
         Ok(())
     }

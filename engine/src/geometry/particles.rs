@@ -91,6 +91,14 @@ impl Particles {
         Self { step: step % self.steps.len(), ..self.clone() }
     }
 
+    /// With only those shown whose value of an attribute is in a range, beside what other attributes say.
+    pub fn cropped(&self, attribute: &str, range: [f32; 2]) -> Self {
+        let mut cropped = self.clone();
+        cropped.crops.retain(|crop| crop.attribute != attribute);
+        cropped.crops.push(Cropping { attribute: attribute.to_owned(), ranges: vec![range] });
+        cropped
+    }
+
     /// What is shown.
     pub fn cloud(&self) -> &Arc<Cloud> {
         &self.steps[self.step]
@@ -110,6 +118,12 @@ impl Particles {
     pub fn range(&self, attribute: &str) -> Option<[f32; 2]> {
         let of = |cloud: &Arc<Cloud>| cloud.range(cloud.attribute(attribute)?);
         self.steps.iter().filter_map(of).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    }
+
+    /// Which values an attribute of whole numbers has in the step that is shown; `None` if it is of another type.
+    pub fn kinds(&self, attribute: &str) -> Option<Vec<u8>> {
+        let number = self.cloud().attribute(attribute)?;
+        self.cloud().spheres.kinds(number)
     }
 
     /// What finds the hits.

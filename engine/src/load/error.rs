@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 
 use super::text::printable;
 
-/// A file that could not be loaded. Prints as `file:line: problem; remedy`, without a line break.
+/// A file that could not be loaded. Prints as `file:line:column: problem; remedy`, without a line break.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct LoadError {
     /// The file as the user named it.
     pub file: PathBuf,
     /// The line, counted from 1, where lines mean anything.
     pub line: Option<u64>,
+    /// The column of that line, in characters from 1, where it is known.
+    pub column: Option<u64>,
     /// What is wrong.
     pub problem: String,
     /// What to do about it; may be empty.
@@ -21,7 +23,14 @@ pub struct LoadError {
 impl LoadError {
     /// An error about `file` as a whole.
     pub fn new(file: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { file: file.to_owned(), line: None, problem: problem.into(), remedy: remedy.into() }
+        Self { file: file.to_owned(), line: None, column: None, problem: problem.into(), remedy: remedy.into() }
+    }
+
+    /// The same error at a line and a column of it.
+    #[must_use]
+    pub fn at_column(mut self, line: u64, column: u64) -> Self {
+        (self.line, self.column) = (Some(line), Some(column));
+        self
     }
 
     /// The same error at a line.
@@ -37,6 +46,9 @@ impl fmt::Display for LoadError {
         write!(f, "{}", printable(&self.file.display().to_string()))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
+        }
+        if let Some(column) = self.column {
+            write!(f, ":{column}")?;
         }
         write!(f, ": {}", printable(&self.problem))?;
         if !self.remedy.is_empty() {

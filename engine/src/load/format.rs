@@ -7,7 +7,7 @@ use super::loaded::Loaded;
 use super::options::Options;
 use super::particles::{self, csv, lammps, xyz};
 use super::volume::{meta_image, nifti, nrrd, raw};
-use super::{LoadError, obj, ply};
+use super::{LoadError, obj, ply, scene_file};
 
 /// A format that can be loaded.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,15 @@ pub const FORMATS: &[Format] = &[
     },
     Format { name: "XYZ", extensions: &[".xyz", ".extxyz"], sniff: xyz::looks_like, load: xyz::load },
     Format { name: "CSV", extensions: &[".csv", ".tsv"], sniff: csv::looks_like, load: csv::load },
+    Format { name: SCENE_FILE, extensions: &[".toml"], sniff: scene_file::looks_like, load: load_scene_file },
 ];
+
+/// What puts together what other files hold.
+const SCENE_FILE: &str = "Mobula scene";
+
+fn load_scene_file(file: &Path, input: Input, options: &Options) -> Result<Loaded, LoadError> {
+    scene_file::load(file, input, options, &|part, options| load_any(part, options, |format| format.name != SCENE_FILE))
+}
 
 /// What can be loaded, for messages.
 pub(super) fn supported() -> String {
@@ -62,6 +70,18 @@ pub fn load(file: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// Those of [`load`].
 pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
+    load_any(file, options, |_| true)
+}
+
+/// As [`load_with`], of some of the formats.
+fn load_any(file: &Path, options: &Options, allowed: fn(&Format) -> bool) -> Result<Loaded, LoadError> {
+    let load = |format: &Format, input| {
+        if allowed(format) {
+            return (format.load)(file, input, options);
+        }
+        let remedy = "a scene file names no other ones: write here what is in it";
+        Err(LoadError::new(file, format!("this is a {}", format.name), remedy))
+    };
     let name = file.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
     let named = |format: &&Format| format.extensions.iter().any(|end| stem.ends_with(end));
@@ -76,12 +96,12 @@ pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
     }
     let mut input = input::open(file, &options.progress)?;
     if let Some(format) = named {
-        return (format.load)(file, input, options);
+        return load(format, input);
     }
     // What cannot be read is told by whoever reads it.
     let start = input.start().unwrap_or_default().to_vec();
     if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
-        return (format.load)(file, input, options);
+        return load(format, input);
     }
     let problem = match known_format(&start, stem) {
         None if [".raw", ".img", ".dat", ".bin", ".vol"].iter().any(|end| stem.ends_with(end)) => {

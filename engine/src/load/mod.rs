@@ -4,6 +4,8 @@
 //! | file | idea |
 //! |---|---|
 //! | `format` | the table of formats, and which one a file is in |
+//! | `scene_file` | scene files: what other files hold, put together |
+//! | [`series`] | patterns of names; files that are steps of time of one volume |
 //! | `options` | how a file is loaded, beside what it says itself |
 //! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
 //! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
@@ -35,6 +37,8 @@ mod particles;
 mod place;
 mod ply;
 mod polygon;
+mod scene_file;
+pub mod series;
 mod text;
 mod transfer;
 mod volume;

@@ -46,6 +46,12 @@ impl Place {
         [0, 1, 2].map(|k| ((position[k] - self.offset[k]) * self.scale) as f32)
     }
 
+    /// A plane (a, b, c, d), of the points where a x + b y + c z = d, where it is put.
+    pub fn put_plane(&self, [a, b, c, d]: [f64; 4]) -> [f64; 4] {
+        let [x, y, z] = self.offset;
+        [a, b, c, (d - a * x - b * y - c * z) * self.scale]
+    }
+
     /// The point of the file that is put at `position`.
     pub fn back(&self, position: [f32; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| f64::from(position[k]) / self.scale + self.offset[k])

@@ -4,18 +4,18 @@
 //! |---|---|
 //! | `tiling` | a periodic box, repeated along its edges |
 //! | `spacing` | how far particles are apart, from which a radius can be guessed |
-//! | `element_colors` | colours of atoms |
+//! | `elements` | chemical elements: symbols, radii, colours |
 //! | `attribute` | a number of each particle, in the type that it came in |
 
 mod attribute;
-mod element_colors;
+pub(crate) mod elements;
 mod spacing;
 mod tiling;
 
 use std::sync::Arc;
 
 pub use attribute::{Attribute, Values};
-pub use element_colors::element_colors;
+pub use elements::element_colors;
 pub use tiling::TilingError;
 
 use crate::volume::Statistics;

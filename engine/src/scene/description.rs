@@ -5,6 +5,9 @@
 
 use std::sync::Arc;
 
+use super::particle_look::ParticleLook;
+use super::rendering::Rendering;
+use super::shown::Shown;
 use crate::background::{Background, Gradient};
 use crate::geometry::Geometry;
 use crate::light::{AmbientLight, Hemisphere, Light};
@@ -25,6 +28,10 @@ pub struct SceneDescription {
     pub volumes: Vec<Volume>,
     /// Particles, of which geometry is made.
     pub particles: Vec<Particles>,
+    /// What volumes are shown as, as far as it is said: there may be fewer of these than volumes.
+    pub shown: Vec<Option<Shown>>,
+    /// What particles are shown as, likewise.
+    pub particle_looks: Vec<Option<ParticleLook>>,
     /// What the geometries' material indices refer to.
     pub materials: Vec<NamedMaterial>,
     /// Where light comes from; none gives the default lights, placed around the geometry.
@@ -39,6 +46,21 @@ pub struct SceneDescription {
     pub up: Option<Up>,
     /// Where to look from; `None` frames everything.
     pub view: Option<View>,
+    /// How to render it.
+    pub rendering: Rendering,
+    /// What it was put together from, if that is known.
+    pub objects: Vec<Object>,
+}
+
+/// What a scene says of a file, or of another part of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Object {
+    /// What it is: `mesh`, `volume`, ...
+    pub kind: &'static str,
+    /// What the scene calls it: usually a file.
+    pub name: String,
+    /// The material that all of it has, where the scene says so.
+    pub material: Option<String>,
 }
 
 impl Default for SceneDescription {
@@ -49,6 +71,8 @@ impl Default for SceneDescription {
             geometry: Vec::new(),
             volumes: Vec::new(),
             particles: Vec::new(),
+            shown: Vec::new(),
+            particle_looks: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
             ambient: Arc::new(Hemisphere::default()),
@@ -56,11 +80,19 @@ impl Default for SceneDescription {
             media: Vec::new(),
             up: None,
             view: None,
+            rendering: Rendering::default(),
+            objects: Vec::new(),
         }
     }
 }
 
 impl SceneDescription {
+    /// The steps of time of that volume, or those particles, that have most of them.
+    pub fn steps(&self) -> usize {
+        let volumes = self.volumes.iter().map(|volume| volume.steps.len());
+        volumes.chain(self.particles.iter().map(|particles| particles.steps.len())).max().unwrap_or(0)
+    }
+
     /// Adds a material and returns its index.
     pub fn add_material(&mut self, name: impl Into<String>, material: impl Material) -> u32 {
         self.materials.push(NamedMaterial { name: name.into(), material: Arc::new(material) });
@@ -78,17 +110,25 @@ impl SceneDescription {
     }
 
     /// Adds everything of `other`, whose material indices it shifts; keeps its own name, background, up and view
-    /// where it has them.
+    /// where it has them, and so for each thing that it says of how to render it.
     pub fn merge(&mut self, mut other: SceneDescription) {
         let shift = self.materials.len() as u32;
         self.geometry.extend(other.geometry.into_iter().map(|geometry| geometry.shift_materials(shift)));
+        self.shown.resize(self.volumes.len(), None);
+        other.shown.iter_mut().flatten().for_each(|shown| shown.shift_materials(shift));
         self.volumes.append(&mut other.volumes);
+        self.particle_looks.resize(self.particles.len(), None);
+        other.particle_looks.iter_mut().flatten().for_each(|look| look.shift_materials(shift));
         self.particles.append(&mut other.particles);
+        self.particle_looks.append(&mut other.particle_looks);
+        self.shown.append(&mut other.shown);
         self.materials.append(&mut other.materials);
         self.lights.append(&mut other.lights);
         self.media.append(&mut other.media);
         self.up = self.up.or(other.up);
         self.view = self.view.or(other.view);
+        self.rendering.merge(other.rendering);
+        self.objects.append(&mut other.objects);
         if self.name.is_empty() {
             self.name = other.name;
         }

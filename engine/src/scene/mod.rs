@@ -1,13 +1,35 @@
 //! The scene: as loaders make it, and ready to be rendered.
 //!
-//! [`SceneDescription`] is what loaders and generators make; [`build`] makes a [`Scene`] of it, with structures that find hits.
+//! [`SceneDescription`] is what loaders and generators make; [`show`] adds what its volumes are shown as; [`build`] makes a [`Scene`]
+//! of it, with structures that find hits.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `build` | a scene made ready to be rendered |
+//! | `bulk` | where most of a scene is |
+//! | `volumes` | surfaces and media are made of volumes |
+//! | `description` | what is in a scene |
+//! | `particles` | geometry is made of particles |
+//! | `particle_look` | what particles are shown as |
+//! | `shown` | what a volume is shown as |
+//! | `rendering` | how a scene is to be rendered |
 
 mod build;
 mod bulk;
 mod description;
+mod particle_look;
+mod particles;
+mod rendering;
+mod shown;
+mod volumes;
 
 pub use build::{build, with_geometry};
-pub use description::SceneDescription;
+pub use description::{Object, SceneDescription};
+pub use particle_look::{ColorBy, Map, ParticleLook};
+pub use particles::{ParticleError, show_particles};
+pub use rendering::{Rendering, Time};
+pub use shown::{Shown, Transfer};
+pub use volumes::{Notes, ShowError, Steps, show};
 
 pub use crate::geometry::{Geometries, Geometry, Mesh, MeshGroup, NeedsRebuild, SceneError, Spheres};
 pub use crate::stack::Scene;

@@ -4,62 +4,14 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::SceneDescription;
+use super::description::SceneDescription;
+use super::particle_look::{ColorBy, Map, ParticleLook};
 use super::volumes::Steps;
 use crate::accel::Build;
 use crate::geometry::{Cloud, Coloring, Cropping, Particles, TooManyParticles};
 use crate::material::Phong;
 use crate::particles::{self, ParticleStep, TilingError, Values, element_colors};
 use crate::volume::{ColorMap, Preset, TransferError, TransferFunction};
-
-/// What particles are shown as.
-#[derive(Clone, Debug, Default)]
-pub struct ParticleLook {
-    /// The radius of all; `None`: their own, or a guess.
-    pub radius: Option<f32>,
-    /// How often they are repeated along each edge of their periodic box.
-    pub tile: Option<[u32; 3]>,
-    /// The edges of that box; `None`: as their file says.
-    pub cell: Option<[[f32; 3]; 3]>,
-    /// The index of their material; `None`: a plain one.
-    pub material: Option<u32>,
-    /// Which of them are shown.
-    pub crops: Vec<Cropping>,
-    /// In which colours.
-    pub color: ColorBy,
-}
-
-/// What decides about colours.
-#[derive(Clone, Debug, Default)]
-pub enum ColorBy {
-    /// Elements, or the first attribute that is no part of a vector or a colour; without any, the material.
-    #[default]
-    Auto,
-    /// The material.
-    Material,
-    /// An attribute.
-    Attribute {
-        /// Its name.
-        name: String,
-        /// Its colours; `None`: as goes with it.
-        map: Option<Map>,
-        /// Which values have the first and the last colour; `None`: the least and the greatest of all steps.
-        range: Option<[f32; 2]>,
-    },
-}
-
-/// A colour map.
-#[derive(Clone, Debug)]
-pub enum Map {
-    /// One that has a name.
-    Preset(Preset),
-    /// A colour for each whole number.
-    Labels,
-    /// Those of atoms, by their numbers.
-    Elements,
-    /// This one.
-    Function(Arc<TransferFunction>),
-}
 
 /// Why particles cannot be shown as somebody asked for.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -74,6 +26,16 @@ pub enum ParticleError {
         /// What there is.
         known: String,
     },
+    /// There is no such step of time.
+    #[error("{particles} have {}, from 0; there is no step {step}", counted(*steps))]
+    Step {
+        /// The particles.
+        particles: String,
+        /// How many steps they have.
+        steps: usize,
+        /// Which one was asked for.
+        step: usize,
+    },
     /// They cannot be repeated.
     #[error("{0} cannot be repeated: {1}")]
     Tiling(String, TilingError),
@@ -85,20 +47,33 @@ pub enum ParticleError {
     Map(String, TransferError),
 }
 
-/// Makes geometry of the particles of a scene, which are taken out of it. `look` says what one after the other is shown as; in a step
-/// that is not there, behind the last comes the first. Returns what people should know, a line each.
+fn counted(steps: usize) -> String {
+    format!("{steps} step{} of time", if steps == 1 { "" } else { "s" })
+}
+
+/// Makes geometry of the particles of a scene, which are taken out of it. Those of which [`SceneDescription::particle_looks`] says
+/// nothing are shown as `others` says, which is called with 0, 1, ... for one after the other. Behind the last step of some comes their
+/// first again, up to the last step of anything. Returns what people should know, a line each.
 ///
 /// # Errors
 /// If they cannot be shown so.
 pub fn show_particles(
     scene: &mut SceneDescription,
-    look: impl Fn(usize) -> ParticleLook,
+    others: impl Fn(usize) -> ParticleLook,
     steps: Steps,
     build: &Build,
 ) -> Result<Vec<String>, ParticleError> {
-    let mut notes = Vec::new();
-    for (number, all) in std::mem::take(&mut scene.particles).into_iter().enumerate() {
-        let look = look(number);
+    if let Some(first) = scene.particles.first().filter(|_| steps.shown >= scene.steps().max(1)) {
+        let (particles, count) = (first.name.clone(), first.steps.len());
+        return Err(ParticleError::Step { particles, steps: count, step: steps.shown });
+    }
+    let mut said = std::mem::take(&mut scene.particle_looks).into_iter();
+    let (mut notes, mut unsaid) = (Vec::new(), 0);
+    for all in std::mem::take(&mut scene.particles) {
+        let look = said.next().flatten().unwrap_or_else(|| {
+            unsaid += 1;
+            others(unsaid - 1)
+        });
         let geometry = geometry(scene, all, &look, steps, build, &mut notes)?;
         scene.add(geometry);
     }
@@ -150,7 +125,9 @@ fn geometry(
     });
     let particles = Particles::new(name, clouds, material);
     let at = if steps.all { steps.shown } else { 0 };
-    Ok(Particles { crops: look.crops.clone(), coloring, ..particles.at(at) })
+    let mut particles = particles.at(at);
+    (particles.crops, particles.coloring) = (look.crops.clone(), coloring);
+    Ok(particles)
 }
 
 fn tiled(mut step: ParticleStep, look: &ParticleLook) -> Result<ParticleStep, TilingError> {
@@ -170,8 +147,7 @@ fn known(all: &particles::Particles, name: &str) -> Result<(), ParticleError> {
 }
 
 /// Attributes that are parts of something else.
-const PARTS: [&str; 13] =
-    ["id", "mol", "vx", "vy", "vz", "nx", "ny", "nz", "red", "green", "blue", "alpha", "radius"];
+const PARTS: [&str; 13] = ["id", "mol", "vx", "vy", "vz", "nx", "ny", "nz", "red", "green", "blue", "alpha", "radius"];
 
 fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Coloring>, ParticleError> {
     let sample = all.sample();

@@ -12,13 +12,14 @@ pub const HELP: &str = "  \
   r                       next renderer
   + -                     more, fewer threads
   . ,                     iso-surfaces at greater, less values
-  ] [                     level of the transfer function up, down
+  ] [                     level of the transfer function up, down; without one, of the values of particles that are shown
   } {                     wider, narrower
-  ctrl+left drag          level and width; without a medium, iso values
+  ctrl+left drag          level and width; or iso values
   t                       next transfer function
   space                   time goes on, stops
   Right Left              next step of time, the one before
   Up Down                 time goes faster, slower
+  l                       what colours mean: shown, hidden
   p                       screenshot: mobula-0001.png, ...
   0, Home                 back to the first view
   h                       this help
@@ -46,6 +47,7 @@ pub(super) enum Action {
     Screenshot,
     Reset,
     Help,
+    Legend,
     Close,
 }
 
@@ -72,6 +74,7 @@ pub(super) fn action(key: &Key) -> Option<Action> {
         Key::Character("p" | "P") => Action::Screenshot,
         Key::Character("0") | Key::Named(NamedKey::Home) => Action::Reset,
         Key::Character("h" | "H" | "?") | Key::Named(NamedKey::F1) => Action::Help,
+        Key::Character("l" | "L") => Action::Legend,
         Key::Character("q" | "Q") | Key::Named(NamedKey::Escape) => Action::Close,
         _ => return None,
     })

@@ -30,8 +30,9 @@ pub(super) struct Shared {
     pub(super) rays_per_frame: u64,
     rays_before: u64,
     screenshot: Option<Screenshot>,
-    /// What is laid over the picture.
-    pub(super) sheet: Option<Sheet>,
+    /// What is laid over the picture: help, and what colours mean.
+    pub(super) help: Option<Sheet>,
+    pub(super) legend: Option<Sheet>,
 }
 
 /// A screenshot that is wanted.
@@ -71,10 +72,10 @@ impl Screen {
 }
 
 impl Shared {
-    /// Row `y` of what is shown in a window of a size: the picture, and the sheet over it.
+    /// Row `y` of what is shown in a window of a size: the picture, and what is laid over it.
     pub(super) fn fill_row(&self, size: [usize; 2], y: usize, row: &mut [u32]) {
         self.fill_from_picture(size, y, row);
-        if let Some(sheet) = &self.sheet {
+        for sheet in [&self.legend, &self.help].into_iter().flatten() {
             sheet.cover(size, y, row);
         }
     }

@@ -24,7 +24,7 @@ use super::volumes::VolumeControls;
 use crate::app::{Chosen, Settings, State};
 use crate::balance::BalancerKind;
 use crate::camera::View;
-use crate::display::sheet::Sheet;
+use crate::display::{Sheet, legend};
 use crate::image::Size;
 use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
 use crate::renderer::RendererKind;
@@ -46,6 +46,8 @@ pub(super) struct Viewer {
     chosen: Chosen,
     first_view: View,
     volumes: VolumeControls,
+    /// What colours mean, if they mean something.
+    legend: Option<Sheet>,
     antialiased: SamplerKind,
     drag: Option<(MouseButton, Drag)>,
     mouse: PhysicalPosition<f64>,
@@ -71,6 +73,9 @@ impl Viewer {
         let (size, threads) = (settings.size, settings.threads);
         let state = pipeline.state();
         let chosen = *state.chosen();
+        let mut coloured = state.stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref());
+        let legend = coloured.find_map(legend);
+        screen.lock().legend.clone_from(&legend);
         let volumes = VolumeControls::new(state, &titles.transfer, titles.shading.as_deref());
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
@@ -87,6 +92,7 @@ impl Viewer {
             chosen,
             first_view: chosen.view,
             volumes,
+            legend,
             antialiased,
             drag: None,
             mouse: PhysicalPosition::default(),
@@ -172,6 +178,7 @@ impl Viewer {
             Action::Screenshot => self.take_screenshot(),
             Action::Reset => self.look(self.first_view),
             Action::Help => self.show_or_hide_help(),
+            Action::Legend => self.show_or_hide_legend(),
             Action::Close => events.exit(),
         }
         self.title_soon();
@@ -179,12 +186,23 @@ impl Viewer {
 
     fn show_or_hide_help(&mut self) {
         let mut shared = self.screen.lock();
-        shared.sheet = if shared.sheet.is_some() { None } else { Some(Sheet::of_text(HELP)) };
-        let shown = shared.sheet.is_some();
+        shared.help = if shared.help.is_some() { None } else { Some(Sheet::of_text(HELP)) };
+        let shown = shared.help.is_some();
         drop(shared);
         if shown {
             tell(format_args!("{HELP}"));
         }
+        self.redraw();
+    }
+
+    fn show_or_hide_legend(&mut self) {
+        let mut shared = self.screen.lock();
+        shared.legend = if shared.legend.is_some() { None } else { self.legend.clone() };
+        drop(shared);
+        self.redraw();
+    }
+
+    fn redraw(&self) {
         if let Some(Open { window, .. }) = &self.open {
             window.request_redraw();
         }

@@ -1,4 +1,4 @@
-//! How a viewer changes what volumes are shown as: iso values, level and width, transfer functions, time.
+//! How a viewer changes what volumes and particles are shown as: iso values, level and width, transfer functions, time.
 
 use std::time::{Duration, Instant};
 
@@ -13,6 +13,7 @@ const SPEED: f64 = 8.0;
 pub(super) struct VolumeControls {
     shown: Volumes,
     first_window: Option<[f64; 2]>,
+    first_crop: Option<[f32; 2]>,
     /// The transfer functions as the command line names them.
     transfer: Vec<String>,
     /// Whether they are lit, if the command line said so.
@@ -27,9 +28,11 @@ impl VolumeControls {
     pub(super) fn new(state: &State, transfer: &[String], shading: Option<&str>) -> Self {
         let shown = state.volumes();
         let first_window = shown.window.map(|(window, _)| window);
+        let first_crop = shown.crop.as_ref().map(|(_, shown, _)| *shown);
         Self {
             shown,
             first_window,
+            first_crop,
             transfer: transfer.to_vec(),
             shading: shading.map(str::to_owned),
             per_second: SPEED,
@@ -50,6 +53,9 @@ impl VolumeControls {
 
     /// Moves level and width of media by so many steps, each a 64th: of the range, and of the width. Says whether there are any.
     pub(super) fn move_window(&mut self, [level_by, width_by]: [f64; 2], handle: &Handle<State>) -> bool {
+        if self.shown.window.is_none() {
+            return self.move_crop([level_by, width_by], handle);
+        }
         let Some(([level, width], [low, high])) = &mut self.shown.window else { return false };
         let range = if *high > *low { *high - *low } else { 1.0 };
         let precise = range / 10_000.0;
@@ -57,6 +63,20 @@ impl VolumeControls {
         *width = rounded(*width * (1.0 + 1.0 / 64.0_f64).powf(width_by * 2.0), precise).clamp(precise, 8.0 * range);
         let window = [*level, *width];
         handle.send("window", move |state| state.set_window(window));
+        true
+    }
+
+    /// As [`move_window`](Self::move_window), of the values of the particles that are shown.
+    fn move_crop(&mut self, [level_by, width_by]: [f64; 2], handle: &Handle<State>) -> bool {
+        let Some((attribute, shown, range)) = &mut self.shown.crop else { return false };
+        let [low, high] = range.map(f64::from);
+        let [from, to] = shown.map(f64::from);
+        let (whole, precise) = (high - low, (high - low) / 10_000.0);
+        let half = (((to - from) * (1.0 + 1.0 / 64.0_f64).powf(width_by * 2.0)).clamp(precise, 1.1 * whole)) / 2.0;
+        let middle = ((from + to) / 2.0 + level_by * whole / 64.0).clamp(low, high);
+        *shown = [middle - half, middle + half].map(|end| rounded(end, precise) as f32);
+        let (attribute, shown) = (attribute.clone(), *shown);
+        handle.send("crop", move |state| state.set_crop(&attribute, shown));
         true
     }
 
@@ -110,6 +130,11 @@ impl VolumeControls {
         self.due
     }
 
+    /// The particles that are shown, if that was changed.
+    fn cropped(&self) -> Option<&(String, [f32; 2], [f32; 2])> {
+        self.shown.crop.as_ref().filter(|(_, shown, _)| Some(*shown) != self.first_crop)
+    }
+
     /// What the title says.
     pub(super) fn title(&self) -> String {
         let mut text = String::new();
@@ -119,6 +144,10 @@ impl VolumeControls {
         if let Some(([level, width], _)) = &self.shown.window {
             let [level, width] = [level, width].map(|value| rounded(*value, width / 1000.0));
             text += &format!(", {}, level {level}, width {width}", self.transfer.join(", "));
+        }
+        if let Some((attribute, [low, high], range)) = self.cropped() {
+            let [low, high] = [low, high].map(|end| rounded(f64::from(*end), f64::from(range[1] - range[0]) / 1000.0));
+            text += &format!(", {attribute} {low} to {high}");
         }
         if self.shown.steps > 1 {
             text += &format!(", step {} of {}", self.shown.step, self.shown.steps);
@@ -145,6 +174,9 @@ impl VolumeControls {
             && self.first_window != Some(window)
         {
             text += &format!(" --window {}", joined(&window, ","));
+        }
+        if let Some((attribute, [low, high], _)) = self.cropped() {
+            text += &format!(" --crop {}", quoted(&format!("{attribute}={low},{high}")));
         }
         if self.shown.step > 0 {
             text += &format!(" --step {}", self.shown.step);

@@ -10,7 +10,6 @@
 //! | `lammps` | text dumps of LAMMPS |
 //! | `raw` | numbers without a header |
 //! | `rows` | lines of text into columns |
-//! | `elements` | chemical elements: symbols and radii |
 //! | `frames` | the frames of a file become the steps of particles |
 //! | `columns` | numbers by column |
 //! | `names` | what columns mean, by their names |
@@ -18,7 +17,6 @@
 
 mod columns;
 pub(super) mod csv;
-mod elements;
 mod extended;
 mod frames;
 pub(super) mod lammps;

@@ -3,9 +3,10 @@
 use std::io::BufRead;
 
 use super::columns::{Columns, Storage};
-use super::{elements, names};
+use super::names;
 use crate::load::lines::{Fault, Lines, Stop};
 use crate::load::text::{counted, number, quoted};
+use crate::particles::elements;
 
 /// What to do with a word of each line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

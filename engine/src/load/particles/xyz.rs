@@ -5,12 +5,13 @@ use std::path::Path;
 
 use super::frames::{Frame, Frames};
 use super::rows::{Rows, ended};
-use super::{csv, elements, extended};
+use super::{csv, extended};
 use crate::load::input::Input;
 use crate::load::lines::{Fault, Lines, Stop};
 use crate::load::loaded::Loaded;
 use crate::load::text::{number, quoted};
 use crate::load::{LoadError, Options};
+use crate::particles::elements;
 
 /// Longer lines are in no file of this kind.
 const LONGEST_LINE: usize = 1 << 20;

@@ -4,15 +4,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mobula::load::Loaded;
-use mobula::scene::SceneDescription;
-use mobula::volume::Grid;
-
-use super::failure::Failure;
+use super::{LoadError, Loaded};
+use crate::scene::SceneDescription;
+use crate::volume::Grid;
 
 /// The files that a pattern means, in the order of their numbers: `*` stands for anything, `?` for a character, `#` for a digit.
 /// What is the name of a file, and what is no pattern, stands for itself.
-pub(crate) fn expand(name: &Path) -> Result<Vec<PathBuf>, Failure> {
+///
+/// # Errors
+/// If there is none.
+pub fn expand(name: &Path) -> Result<Vec<PathBuf>, LoadError> {
     let pattern = name.file_name().and_then(|pattern| pattern.to_str()).unwrap_or_default();
     if !pattern.contains(['*', '?', '#']) || name.exists() {
         return Ok(vec![name.to_owned()]);
@@ -26,7 +27,7 @@ pub(crate) fn expand(name: &Path) -> Result<Vec<PathBuf>, Failure> {
     // What is hidden is not meant.
     names.retain(|name| !name.starts_with('.') && matching(name));
     if names.is_empty() {
-        return Err(Failure::Output(format!("{}: no file has a name like this; check the path", name.display())));
+        return Err(LoadError::new(name, "no file has a name like this", "check the path"));
     }
     names.sort_by_cached_key(|name| numbered(name));
     Ok(names.into_iter().map(|name| folder.map_or(PathBuf::from(&name), |folder| folder.join(&name))).collect())
@@ -103,7 +104,7 @@ struct Series {
 
 /// Makes one scene of all files that are the steps of time of one volume, or of the same particles: whose names differ only in a number,
 /// and whose grids have the same sides, places and types, or whose particles have the same attributes. Others stay what they are.
-pub(crate) fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
+pub fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
     let mut list: Vec<Series> = Vec::new();
     for (name, loaded) in all {
         let parts = numbered(&name.to_string_lossy());
@@ -129,6 +130,10 @@ fn alike(a: &Loaded, b: &Loaded) -> bool {
         let SceneDescription { geometry, volumes, particles, .. } = &loaded.scene;
         (geometry.len(), volumes.len(), particles.len())
     };
+    // What a scene file puts together is more than that.
+    if [a, b].iter().any(|one| !one.scene.shown.is_empty() || !one.scene.particle_looks.is_empty()) {
+        return false;
+    }
     match (parts(a), parts(b)) {
         ((0, 1, 0), (0, 1, 0)) => {
             let grid = |loaded: &Loaded| loaded.scene.volumes.first()?.steps.first().cloned();

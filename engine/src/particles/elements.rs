@@ -1,4 +1,7 @@
-//! Chemical elements: their symbols, and how large their atoms are.
+//! Chemical elements: their symbols, how large their atoms are, and in which colours chemists model them.
+
+use crate::color::from_srgb8;
+use crate::volume::{TransferError, TransferFunction};
 
 /// Symbols by atomic number, from 1.
 const SYMBOLS: [&str; 118] = [
@@ -73,7 +76,7 @@ const RADII: [(u8, f32); 54] = [
 const UNKNOWN: f32 = 2.0;
 
 /// The atomic number that a word means: a number, a symbol, or the name of an atom that starts with one, such as `OW1`; 0: none.
-pub(super) fn atomic_number(word: &str) -> u8 {
+pub(crate) fn atomic_number(word: &str) -> u8 {
     if let Ok(number) = word.parse::<u8>() {
         return if usize::from(number) <= SYMBOLS.len() { number } else { 0 };
     }
@@ -84,13 +87,64 @@ pub(super) fn atomic_number(word: &str) -> u8 {
 }
 
 /// How large an atom is, in angstrom.
-pub(super) fn radius(atomic_number: u8) -> f32 {
+pub(crate) fn radius(atomic_number: u8) -> f32 {
     RADII.iter().find(|(number, _)| *number == atomic_number).map_or(UNKNOWN, |&(_, radius)| radius)
+}
+
+/// The symbol of an element; of what is none, its number.
+pub(crate) fn symbol(atomic_number: u8) -> String {
+    let at = usize::from(atomic_number).checked_sub(1);
+    at.and_then(|at| SYMBOLS.get(at)).map_or_else(|| atomic_number.to_string(), |symbol| (*symbol).to_owned())
+}
+
+/// Atomic numbers and colours, as bytes of sRGB: after Corey, Pauling and Koltun, with those of Jmol for the rest.
+const COLORS: [(u8, [u8; 3]); 29] = [
+    (0, [200, 200, 200]),
+    (1, [255, 255, 255]),
+    (2, [217, 255, 255]),
+    (3, [204, 128, 255]),
+    (4, [194, 255, 0]),
+    (5, [255, 181, 181]),
+    (6, [120, 120, 120]),
+    (7, [48, 80, 248]),
+    (8, [235, 40, 30]),
+    (9, [144, 224, 80]),
+    (10, [179, 227, 245]),
+    (11, [171, 92, 242]),
+    (12, [138, 220, 0]),
+    (13, [191, 166, 166]),
+    (14, [240, 200, 160]),
+    (15, [255, 128, 0]),
+    (16, [240, 220, 48]),
+    (17, [31, 240, 31]),
+    (18, [128, 209, 227]),
+    (19, [143, 64, 212]),
+    (20, [61, 235, 0]),
+    (22, [191, 194, 199]),
+    (26, [224, 102, 51]),
+    (29, [200, 128, 51]),
+    (30, [125, 128, 176]),
+    (35, [166, 41, 41]),
+    (47, [192, 192, 192]),
+    (53, [148, 0, 148]),
+    (79, [255, 209, 35]),
+];
+/// Of all others.
+const OTHER: [u8; 3] = [235, 130, 180];
+
+/// A colour for each atomic number.
+///
+/// # Errors
+/// None: there are few elements.
+pub fn element_colors() -> Result<TransferFunction, TransferError> {
+    let color = |number: u8| COLORS.iter().find(|(known, _)| *known == number).map_or(OTHER, |(_, color)| *color);
+    TransferFunction::steps("elements", (0..=118).map(|number| (number.into(), from_srgb8(color(number)).to_array())))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::volume::ColorMap;
 
     #[test]
     fn words_mean_elements() {
@@ -110,5 +164,14 @@ mod tests {
             assert_eq!(atomic_number(word), number, "{word}");
         }
         assert_eq!([8, 26, 0].map(radius), [1.52, 2.0, 2.0]);
+        assert_eq!([1, 17, 0, 200].map(symbol), ["H", "Cl", "0", "200"]);
+    }
+
+    #[test]
+    fn elements_have_their_colours() {
+        let map = ColorMap::new(&element_colors().unwrap(), [0.0, 118.0]);
+        for (number, [r, g, b]) in [(8, [235, 40, 30]), (6, [120, 120, 120]), (26, [224, 102, 51]), (100, OTHER)] {
+            assert_eq!(map.color(number as f32), from_srgb8([r, g, b]).to_array(), "{number}");
+        }
     }
 }

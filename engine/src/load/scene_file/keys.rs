@@ -1,0 +1,377 @@
+//! Which keys there are, and what stands behind them.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
+
+use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
+use toml::Spanned;
+
+use super::values::{
+    Angle, Color, Count, Named, NotNegative, Number, Part, Point, Positive, Radiance, Repeats, Single, StepLength,
+    Whole,
+};
+use crate::camera::CameraKind;
+use crate::load::VoxelType;
+use crate::renderer::RendererKind;
+use crate::sampler::SamplerKind;
+
+/// What concerns the whole scene. What has parts of its own kind is read by itself.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(dead_code, reason = "the ignored ones are there so that they count as known")]
+pub(super) struct Head {
+    mobula: IgnoredAny,
+    pub(super) size: Option<Spanned<[Count; 2]>>,
+    pub(super) time: Option<Time>,
+    pub(super) camera: Option<Spanned<Camera>>,
+    pub(super) renderer: Option<Named<RendererKind>>,
+    pub(super) sampler: Option<Named<SamplerKind>>,
+    pub(super) shadows: Option<bool>,
+    pub(super) background: Option<Background>,
+    pub(super) ambient: Option<Ambient>,
+    pub(super) fog: Option<Fog>,
+    materials: Option<IgnoredAny>,
+    transfer: Option<IgnoredAny>,
+    maps: Option<IgnoredAny>,
+    object: Option<IgnoredAny>,
+    light: Option<IgnoredAny>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Time {
+    pub(super) step: Option<Positive>,
+    #[serde(rename = "loop", default = "yes")]
+    pub(super) repeat: bool,
+    pub(super) show: Option<Whole>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Camera {
+    pub(super) kind: Option<Named<CameraKind>>,
+    pub(super) eye: Option<Point>,
+    pub(super) at: Option<Point>,
+    pub(super) up: Option<Point>,
+    pub(super) fov: Option<Angle>,
+}
+
+/// Words of the command line, a colour, or a sky.
+#[derive(Clone, Debug)]
+pub(super) enum Background {
+    Words(String),
+    Plain(Color),
+    Sky(Sky),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Sky {
+    pub(super) zenith: Radiance,
+    pub(super) horizon: Radiance,
+    pub(super) nadir: Radiance,
+}
+
+/// Light from everywhere: the same, or from above and from below.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Ambient {
+    Plain(Radiance),
+    Hemisphere(Hemisphere),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Hemisphere {
+    pub(super) above: Radiance,
+    pub(super) below: Radiance,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Fog {
+    pub(super) density: NotNegative,
+    pub(super) color: Option<Color>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PointLight {
+    pub(super) at: Point,
+    pub(super) color: Option<Radiance>,
+    #[serde(default)]
+    pub(super) falloff: bool,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DirectionalLight {
+    pub(super) direction: Point,
+    pub(super) color: Option<Radiance>,
+}
+
+/// Materials whose only parameter is a colour.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Colored {
+    pub(super) color: Option<Paint>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Phong {
+    pub(super) color: Option<Paint>,
+    pub(super) specular: Option<Color>,
+    pub(super) shininess: Option<NotNegative>,
+    pub(super) reflection: Option<Part>,
+    pub(super) transparency: Option<Part>,
+    pub(super) refractive_index: Option<Positive>,
+}
+
+/// Materials without parameters.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NoKeys {}
+
+/// A colour, or an attribute that decides about it.
+#[derive(Clone, Debug)]
+pub(super) enum Paint {
+    Plain(Color),
+    By(ColorBy),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ColorBy {
+    pub(super) by: String,
+    pub(super) map: Option<Spanned<String>>,
+    pub(super) range: Option<Spanned<[Number; 2]>>,
+}
+
+/// A transfer function: its points, or more.
+#[derive(Clone, Debug)]
+pub(super) enum TransferRows {
+    Points(Vec<[Number; 5]>),
+    Scaled(ScaledRows),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ScaledRows {
+    pub(super) points: Vec<[Number; 5]>,
+    pub(super) values: Option<Named<Measured>>,
+    pub(super) lengths: Option<Named<Measured>>,
+}
+
+/// What numbers of a transfer function are measured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measured {
+    Absolute,
+    Relative,
+}
+
+impl FromStr for Measured {
+    type Err = &'static str;
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
+        match word {
+            "absolute" => Ok(Self::Absolute),
+            "relative" => Ok(Self::Relative),
+            _ => Err("write absolute or relative"),
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Mesh {
+    pub(super) mesh: Spanned<String>,
+    pub(super) material: Option<Spanned<String>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Spheres {
+    /// Centre and radius.
+    pub(super) spheres: Vec<(Single, Single, Single, Positive)>,
+    pub(super) material: Option<Spanned<String>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Particles {
+    pub(super) particles: Spanned<String>,
+    pub(super) radius: Option<Positive>,
+    pub(super) material: Option<Spanned<String>>,
+    #[serde(default)]
+    pub(super) crop: BTreeMap<String, Spanned<[Number; 2]>>,
+    pub(super) color: Option<Paint>,
+    pub(super) tile: Option<[Repeats; 3]>,
+    #[serde(rename = "box")]
+    pub(super) bounds: Option<Spanned<[Point; 2]>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Volume {
+    pub(super) volume: Spanned<String>,
+    pub(super) raw: Option<Raw>,
+    pub(super) transfer: Option<Spanned<String>>,
+    pub(super) window: Option<(Number, Positive)>,
+    pub(super) shading: Option<Named<Shading>>,
+    pub(super) step_length: Option<StepLength>,
+    pub(super) iso: Option<Vec<Iso>>,
+    pub(super) cut: Option<Vec<Spanned<[Number; 4]>>>,
+    pub(super) origin: Option<Point>,
+}
+
+impl Volume {
+    /// Does it say anything of what the volume is shown as?
+    pub(super) fn says_how(&self) -> bool {
+        let Self { volume: _, raw: _, transfer, window, shading, step_length, iso, cut, origin } = self;
+        let medium = transfer.is_some() || window.is_some() || shading.is_some() || step_length.is_some();
+        medium || iso.is_some() || cut.is_some() || origin.is_some()
+    }
+}
+
+/// What a file of nothing but voxels does not say.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Raw {
+    pub(super) dims: [Count; 3],
+    pub(super) steps: Option<Count>,
+    #[serde(rename = "type")]
+    pub(super) kind: Named<RawType>,
+    pub(super) spacing: Option<[Positive; 3]>,
+}
+
+/// A type of voxels, and whether their most significant byte is first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RawType {
+    pub(super) kind: VoxelType,
+    pub(super) big_endian: bool,
+}
+
+impl FromStr for RawType {
+    type Err = crate::load::NoVoxelType;
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
+        let lower = word.to_ascii_lowercase();
+        let (name, big_endian) = match lower.strip_suffix("be") {
+            Some(name) => (name, true),
+            None => (lower.strip_suffix("le").unwrap_or(&lower), false),
+        };
+        Ok(Self { kind: name.parse()?, big_endian })
+    }
+}
+
+/// When media of volumes are lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shading {
+    Auto,
+    On,
+    Off,
+}
+
+impl FromStr for Shading {
+    type Err = &'static str;
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
+        match word {
+            "auto" => Ok(Self::Auto),
+            "on" => Ok(Self::On),
+            "off" => Ok(Self::Off),
+            _ => Err("write auto, on or off"),
+        }
+    }
+}
+
+/// An iso-surface: its value, or more.
+#[derive(Clone, Debug)]
+pub(super) struct Iso(pub(super) IsoKeys);
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct IsoKeys {
+    pub(super) value: Number,
+    pub(super) material: Option<Spanned<String>>,
+    pub(super) transparent: Option<Part>,
+}
+
+/// Values that may be written in several ways: what people are told to write, and what each way gives.
+macro_rules! either {
+    ($($name:ident = $expected:literal { $($visit:tt)+ })+) => {$(
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Ways;
+                impl<'de> Visitor<'de> for Ways {
+                    type Value = $name;
+                    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                        f.write_str($expected)
+                    }
+                    $($visit)+
+                }
+                deserializer.deserialize_any(Ways)
+            }
+        }
+    )+};
+}
+
+/// What a sequence gives, and what a table.
+macro_rules! seq_or_map {
+    ($type:ident: $seq:ident, $map:ident) => {
+        fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<$type, A::Error> {
+            Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map($type::$seq)
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<$type, A::Error> {
+            Deserialize::deserialize(MapAccessDeserializer::new(map)).map($type::$map)
+        }
+    };
+}
+
+either! {
+    Background = "sky, black, white, a colour, or a table with zenith, horizon and nadir" {
+        fn visit_str<E: Error>(self, words: &str) -> Result<Background, E> {
+            let known = crate::background::parse(words).is_some();
+            let wrong = || E::invalid_value(Unexpected::Str(words), &self);
+            known.then(|| Background::Words(words.to_owned())).ok_or_else(wrong)
+        }
+        seq_or_map!(Background: Plain, Sky);
+    }
+    Ambient = "a colour, or a table with above and below" {
+        fn visit_str<E: Error>(self, words: &str) -> Result<Ambient, E> {
+            let color = crate::color::parse(words).map(|color| Ambient::Plain(Radiance(color)));
+            color.ok_or_else(|| E::invalid_value(Unexpected::Str(words), &self))
+        }
+        seq_or_map!(Ambient: Plain, Hemisphere);
+    }
+    Paint = "a colour, or a table with by, map and range" {
+        fn visit_str<E: Error>(self, words: &str) -> Result<Paint, E> {
+            let color = crate::color::parse(words).map(|color| Paint::Plain(Color(color)));
+            color.ok_or_else(|| E::invalid_value(Unexpected::Str(words), &self))
+        }
+        seq_or_map!(Paint: Plain, By);
+    }
+    TransferRows = "points such as [[0, 0, 0, 0, 0], [20, 1, 0.3, 0, 2]], or a table with points, values and lengths" {
+        seq_or_map!(TransferRows: Points, Scaled);
+    }
+    Iso = "a value, or a table with value, material and transparent" {
+        fn visit_i64<E: Error>(self, value: i64) -> Result<Iso, E> {
+            Ok(plain_iso(value as f64))
+        }
+        fn visit_f64<E: Error>(self, value: f64) -> Result<Iso, E> {
+            let finite = value.is_finite().then(|| plain_iso(value));
+            finite.ok_or_else(|| E::invalid_value(Unexpected::Float(value), &self))
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Iso, A::Error> {
+            Deserialize::deserialize(MapAccessDeserializer::new(map)).map(Iso)
+        }
+    }
+}
+
+fn plain_iso(value: f64) -> Iso {
+    Iso(IsoKeys { value: Number(value), material: None, transparent: None })
+}

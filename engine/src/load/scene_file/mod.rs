@@ -1,0 +1,26 @@
+//! Scene files: TOML that says what other files hold is shown as, and from where. `SCENES.md`, beside this file, says what may stand in
+//! them.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `assemble` | the scene of a file |
+//! | `surroundings` | lights, background, camera and what else concerns the whole scene |
+//! | `objects` | objects become geometry and volumes |
+//! | `particles` | objects of particles |
+//! | `parts` | the files that objects name |
+//! | `named` | materials, transfer functions and colour maps that have names |
+//! | `keys` | which keys there are |
+//! | `values` | what may stand behind keys |
+//! | `text` | where in the text something is wrong, and what may have been meant |
+
+mod assemble;
+mod keys;
+mod named;
+mod objects;
+mod particles;
+mod parts;
+mod surroundings;
+mod text;
+mod values;
+
+pub(super) use assemble::{load, looks_like};

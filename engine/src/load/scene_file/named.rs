@@ -1,0 +1,252 @@
+//! What has a name in a scene file: materials, transfer functions, colour maps.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::keys::{ColorBy, Colored, Measured, NoKeys, Paint, Phong, TransferRows};
+use super::text::Text;
+use super::values::{Named, Number};
+use crate::color::from_srgb;
+use crate::load::LoadError;
+use crate::material::{self, Material, MaterialKind, NamedMaterial};
+use crate::volume::{MOST_POINTS, Preset, Scale, TransferFunction, TransferPoint};
+
+/// Everything that has a name.
+#[derive(Debug, Default)]
+pub(super) struct Definitions {
+    pub(super) materials: Vec<Defined>,
+    pub(super) transfers: Vec<Arc<TransferFunction>>,
+    maps: Vec<(String, Vec<ColorPoint>)>,
+}
+
+/// A material, and the attribute that decides about its colour, if one does.
+#[derive(Debug)]
+pub(super) struct Defined {
+    pub(super) named: NamedMaterial,
+    pub(super) color: Option<Coloring>,
+}
+
+/// A place on a colour map, from 0 to 1, and the colour there, linear RGB.
+pub(super) type ColorPoint = (f64, [f32; 3]);
+
+/// Colours that go by an attribute.
+#[derive(Clone, Debug)]
+#[allow(dead_code, reason = "objects of particles are not made yet: they are what will read it")]
+pub(super) struct Coloring {
+    /// The attribute.
+    pub(super) by: String,
+    /// Which colours.
+    pub(super) map: ColorMap,
+    /// The values at the ends of the map; `None`: the least and the greatest.
+    pub(super) range: Option<[f64; 2]>,
+}
+
+/// A colour map.
+#[derive(Clone, Debug)]
+#[allow(dead_code, reason = "objects of particles are not made yet: they are what will read it")]
+pub(super) enum ColorMap {
+    Preset(Preset),
+    Points(Vec<ColorPoint>),
+}
+
+impl Definitions {
+    /// What a file defines.
+    pub(super) fn read(text: &Text<'_>, file: &mut DeTable<'_>) -> Result<Self, LoadError> {
+        let mut all = Self::default();
+        for (name, value) in section(text, file, "maps")? {
+            all.maps.push((name.into_inner(), map(text, value)?));
+        }
+        for (name, value) in section(text, file, "transfer")? {
+            all.transfers.push(Arc::new(transfer(text, name.into_inner(), value)?));
+        }
+        for (name, value) in section(text, file, "materials")? {
+            let defined = all.material(text, name.into_inner(), value)?;
+            all.materials.push(defined);
+        }
+        Ok(all)
+    }
+
+    /// The number of the material that is called so.
+    pub(super) fn find(&self, text: &Text<'_>, name: &Spanned<String>) -> Result<u32, LoadError> {
+        let found = self.materials.iter().position(|defined| defined.named.name == *name.get_ref());
+        let known = || self.materials.iter().map(|defined| defined.named.name.as_str()).collect::<Vec<_>>();
+        found.map(|number| number as u32).ok_or_else(|| text.unknown_name(name, "material", &known()))
+    }
+
+    /// As [`find`](Self::find), for what has no attributes.
+    pub(super) fn find_plain(&self, text: &Text<'_>, name: &Spanned<String>) -> Result<u32, LoadError> {
+        let number = self.find(text, name)?;
+        match &self.materials[number as usize].color {
+            None => Ok(number),
+            Some(color) => {
+                let problem = format!("this material is coloured by {}, which only particles have", color.by);
+                Err(text.error(name.span(), problem, "give it a colour, or another material here"))
+            }
+        }
+    }
+
+    /// Colours as an attribute says.
+    pub(super) fn coloring(&self, text: &Text<'_>, keys: ColorBy) -> Result<Coloring, LoadError> {
+        let map = match &keys.map {
+            None => ColorMap::Preset(Preset::Viridis),
+            Some(name) => match self.maps.iter().find(|(known, _)| known == name.get_ref()) {
+                Some((_, points)) => ColorMap::Points(points.clone()),
+                None => {
+                    let presets = Preset::ALL.iter().filter(|preset| !preset.is_lit());
+                    let presets: Vec<_> = presets.map(|preset| preset.name()).collect();
+                    let found = name.get_ref().parse().ok().filter(|preset: &Preset| !preset.is_lit());
+                    let known = || self.maps.iter().map(|(name, _)| name.as_str()).chain(presets).collect::<Vec<_>>();
+                    ColorMap::Preset(found.ok_or_else(|| text.unknown_name(name, "colour map", &known()))?)
+                }
+            },
+        };
+        let range = keys.range.map(|range| ascending(text, &range)).transpose()?;
+        Ok(Coloring { by: keys.by, map, range })
+    }
+
+    fn material(&self, text: &Text<'_>, name: String, value: Spanned<DeValue<'_>>) -> Result<Defined, LoadError> {
+        let (kind, value) = kind_of::<MaterialKind>(text, value, "material", MaterialKind::NAMES)?;
+        let mut coloring = None;
+        let mut paint = |paint: Option<Paint>, usual: Vec3| {
+            Ok(match paint {
+                None => usual,
+                Some(Paint::Plain(color)) => color.0,
+                Some(Paint::By(keys)) => {
+                    coloring = Some(self.coloring(text, keys)?);
+                    Vec3::ONE
+                }
+            })
+        };
+        let material: Arc<dyn Material> = match kind {
+            MaterialKind::Lambertian => {
+                let Colored { color } = text.read(value)?;
+                Arc::new(material::Lambertian { diffuse: paint(color, material::Lambertian::default().diffuse)? })
+            }
+            MaterialKind::Flat => {
+                let Colored { color } = text.read(value)?;
+                Arc::new(material::Flat { color: paint(color, material::Flat::default().color)? })
+            }
+            MaterialKind::NormalColor => {
+                let NoKeys {} = text.read(value)?;
+                Arc::new(material::NormalColor)
+            }
+            MaterialKind::Phong => {
+                let Phong { color, specular, shininess, reflection, transparency, refractive_index } =
+                    text.read(value)?;
+                let usual = material::Phong::default();
+                Arc::new(material::Phong {
+                    diffuse: paint(color, usual.diffuse)?,
+                    specular: specular.map_or(usual.specular, |color| color.0),
+                    shininess: shininess.map_or(usual.shininess, |x| x.0 as f32),
+                    reflection: reflection.map_or(usual.reflection, |x| x.0 as f32),
+                    transparency: transparency.map_or(usual.transparency, |x| x.0 as f32),
+                    refractive_index: refractive_index.map_or(usual.refractive_index, |x| x.0 as f32),
+                })
+            }
+        };
+        Ok(Defined { named: NamedMaterial { name, material }, color: coloring })
+    }
+}
+
+/// The entries of a table of the file, by name; none if it is not there.
+fn section<'de>(
+    text: &Text<'_>,
+    file: &mut DeTable<'de>,
+    name: &str,
+) -> Result<Vec<(Spanned<String>, Spanned<DeValue<'de>>)>, LoadError> {
+    let Some(value) = file.remove(name) else { return Ok(Vec::new()) };
+    let span = value.span();
+    let DeValue::Table(table) = value.into_inner() else {
+        return Err(text.error(
+            span,
+            format!("{name} is no table"),
+            format!("write [{name}], and what is in it below"),
+        ));
+    };
+    let owned = |key: Spanned<std::borrow::Cow<'_, str>>| Spanned::new(key.span(), key.into_inner().into_owned());
+    Ok(table.into_iter().map(|(key, value)| (owned(key), value)).collect())
+}
+
+/// What a table is by its key `kind`, and the table without it.
+pub(super) fn kind_of<'de, K: std::str::FromStr<Err: std::fmt::Display>>(
+    text: &Text<'_>,
+    value: Spanned<DeValue<'de>>,
+    what: &str,
+    names: &[&str],
+) -> Result<(K, Spanned<DeValue<'de>>), LoadError> {
+    let span = value.span();
+    let DeValue::Table(mut table) = value.into_inner() else {
+        let remedy = format!("write {{ kind = \"{}\" }}", names.first().copied().unwrap_or_default());
+        return Err(text.error(span, format!("a {what} is a table"), remedy));
+    };
+    let Some(kind) = table.remove("kind") else {
+        let remedy = format!("write kind = \"...\"; there are {}", names.join(", "));
+        return Err(text.error(span, format!("this {what} has no kind"), remedy));
+    };
+    let name: Spanned<String> = Spanned::new(kind.span(), text.read(kind)?);
+    let kind = name.get_ref().parse().map_err(|_| text.unknown_name(&name, what, names))?;
+    Ok((kind, Spanned::new(span, DeValue::Table(table))))
+}
+
+/// Two numbers, the second above the first.
+pub(super) fn ascending(text: &Text<'_>, range: &Spanned<[Number; 2]>) -> Result<[f64; 2], LoadError> {
+    let [low, high] = range.get_ref().map(|x| x.0);
+    let wrong = || text.error(range.span(), format!("{high} is not above {low}"), "write the lesser number first");
+    (low < high).then_some([low, high]).ok_or_else(wrong)
+}
+
+fn transfer(text: &Text<'_>, name: String, value: Spanned<DeValue<'_>>) -> Result<TransferFunction, LoadError> {
+    let span = value.span();
+    let (rows, values, lengths) = match text.read(value)? {
+        TransferRows::Points(rows) => (rows, None, None),
+        TransferRows::Scaled(rows) => (rows.points, rows.values, rows.lengths),
+    };
+    let remedy = "a point is [value, red, green, blue, extinction]";
+    let scale = |measured: Option<Named<Measured>>| match measured {
+        Some(Named(Measured::Relative)) => Scale::Relative,
+        _ => Scale::Absolute,
+    };
+    if rows.len() > MOST_POINTS {
+        return Err(text.error(span, format!("more than {MOST_POINTS} points"), "leave some out"));
+    }
+    let mut points = Vec::with_capacity(rows.len());
+    for (number, row) in rows.iter().enumerate() {
+        let [value, red, green, blue, extinction] = row.map(|x| x.0);
+        let color = srgb([red, green, blue]).ok_or_else(|| {
+            text.error(span.clone(), format!("the colour of point {} is not from 0 to 1", number + 1), remedy)
+        })?;
+        points.push(TransferPoint { value, color, extinction });
+    }
+    TransferFunction::new(name, points, scale(values), scale(lengths))
+        .map_err(|error| text.error(span, error.to_string(), remedy))
+}
+
+fn map(text: &Text<'_>, value: Spanned<DeValue<'_>>) -> Result<Vec<ColorPoint>, LoadError> {
+    let span = value.span();
+    let rows: Vec<[Number; 4]> = text.read(value)?;
+    let wrong = |problem: String| {
+        text.error(span.clone(), problem, "a point is [place, red, green, blue], all from 0 to 1, by place")
+    };
+    if rows.is_empty() || rows.len() > MOST_POINTS {
+        return Err(wrong(format!("a colour map has 1 to {MOST_POINTS} points")));
+    }
+    let mut points: Vec<ColorPoint> = Vec::with_capacity(rows.len());
+    for (number, row) in rows.iter().enumerate() {
+        let [place, red, green, blue] = row.map(|x| x.0);
+        let number = number + 1;
+        if !(0.0..=1.0).contains(&place) || points.last().is_some_and(|before| place < before.0) {
+            return Err(wrong(format!("the place of point {number} is not from 0 to 1, or below the one before")));
+        }
+        let color = srgb([red, green, blue]);
+        points.push((place, color.ok_or_else(|| wrong(format!("the colour of point {number} is not from 0 to 1")))?));
+    }
+    Ok(points)
+}
+
+/// A colour on the sRGB curve, as files of transfer functions have it, linear RGB.
+fn srgb(curve: [f64; 3]) -> Option<[f32; 3]> {
+    curve.iter().all(|channel| (0.0..=1.0).contains(channel)).then(|| from_srgb(curve).to_array())
+}

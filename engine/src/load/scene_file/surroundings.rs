@@ -1,0 +1,152 @@
+//! Lights, background, camera, and what else concerns the whole scene.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use toml::Spanned;
+use toml::de::DeTable;
+
+use super::keys::{self, Camera, DirectionalLight, Head, PointLight};
+use super::named::kind_of;
+use super::objects::list;
+use super::text::Text;
+use super::values::{Named, point};
+use crate::background::{self, Background, Constant, Gradient};
+use crate::image::Size;
+use crate::light::{Directional, Hemisphere, Light, LightKind, Point};
+use crate::load::LoadError;
+use crate::load::place::Place;
+use crate::medium::Fog;
+use crate::scene::{SceneDescription, Time};
+use crate::view::Up;
+
+/// A light, with the numbers of the file.
+pub(super) enum WantedLight {
+    Point(PointLight),
+    Directional(DirectionalLight),
+}
+
+/// The lights of a file.
+pub(super) fn lights(text: &Text<'_>, file: &mut DeTable<'_>) -> Result<Vec<WantedLight>, LoadError> {
+    let read = |value| {
+        let (kind, value) = kind_of::<LightKind>(text, value, "light", LightKind::NAMES)?;
+        Ok(match kind {
+            LightKind::Point => WantedLight::Point(text.read(value)?),
+            LightKind::Directional => {
+                let span = value.span();
+                let light: DirectionalLight = text.read(value)?;
+                if point(light.direction) == [0.0; 3] {
+                    return Err(text.error(span, "this direction leads nowhere", "write where the light comes from"));
+                }
+                WantedLight::Directional(light)
+            }
+        })
+    };
+    list(text, file, "light")?.into_iter().map(read).collect()
+}
+
+/// Makes a light where files were put.
+fn light(wanted: &WantedLight, place: &Place) -> Arc<dyn Light> {
+    match *wanted {
+        WantedLight::Point(PointLight { at, color, falloff }) => {
+            let color = color.map_or(Point::default().color, |color| color.0);
+            // At distance 1 of the file.
+            let weight = if falloff { (place.scale * place.scale) as f32 } else { 1.0 };
+            Arc::new(Point { position: place.put(point(at)).into(), color: color * weight, falloff })
+        }
+        WantedLight::Directional(DirectionalLight { direction, color }) => {
+            let color = color.map_or(Directional::default().color, |color| color.0);
+            Arc::new(Directional { direction: vector(direction), color })
+        }
+    }
+}
+
+fn vector(numbers: super::values::Point) -> Vec3 {
+    Vec3::from(point(numbers).map(|x| x as f32))
+}
+
+/// Puts all this into a scene whose files were put somewhere.
+pub(super) fn add(
+    text: &Text<'_>,
+    head: &Head,
+    lights: &[WantedLight],
+    place: &Place,
+    scene: &mut SceneDescription,
+) -> Result<(), LoadError> {
+    if !lights.is_empty() {
+        scene.lights = lights.iter().map(|wanted| light(wanted, place)).collect();
+    }
+    match &head.ambient {
+        None => {}
+        Some(keys::Ambient::Plain(color)) => {
+            scene.ambient = Arc::new(Hemisphere { above: color.0, below: color.0 });
+        }
+        Some(keys::Ambient::Hemisphere(keys::Hemisphere { above, below })) => {
+            scene.ambient = Arc::new(Hemisphere { above: above.0, below: below.0 });
+        }
+    }
+    let background: Option<Arc<dyn Background>> = match &head.background {
+        None => None,
+        Some(keys::Background::Words(words)) => background::parse(words),
+        Some(keys::Background::Plain(color)) => Some(Arc::new(Constant { color: color.0 })),
+        Some(keys::Background::Sky(keys::Sky { zenith, horizon, nadir })) => {
+            Some(Arc::new(Gradient { zenith: zenith.0, horizon: horizon.0, nadir: nadir.0 }))
+        }
+    };
+    if let Some(background) = background {
+        scene.background = background;
+    }
+    if let Some(keys::Fog { density, color }) = head.fog {
+        let fog = Fog::new((density.0 / place.scale) as f32);
+        scene.media.push(Arc::new(Fog { color: color.map_or(fog.color, |color| color.0), ..fog }));
+    }
+    let rendering = &mut scene.rendering;
+    rendering.renderer = head.renderer.map(|Named(kind)| kind);
+    rendering.sampler = head.sampler.map(|Named(kind)| kind);
+    rendering.shadows = head.shadows;
+    rendering.time = head.time.map(|keys::Time { step, repeat, show }| Time {
+        step: step.map(|seconds| seconds.0),
+        repeat,
+        shown: show.map_or(0, |show| usize::try_from(show.0).unwrap_or(usize::MAX)),
+    });
+    if let Some(size) = &head.size {
+        let [width, height] = size.get_ref().map(|side| usize::try_from(side.0).unwrap_or(usize::MAX));
+        let checked = Size::new(width, height);
+        let remedy = "write [width, height] in pixels, such as [1024, 768]";
+        rendering.size = Some(checked.map_err(|error| text.error(size.span(), error.to_string(), remedy))?);
+    }
+    match &head.camera {
+        Some(camera) => look(text, camera, place, scene),
+        None => Ok(()),
+    }
+}
+
+fn look(
+    text: &Text<'_>,
+    camera: &Spanned<Camera>,
+    place: &Place,
+    scene: &mut SceneDescription,
+) -> Result<(), LoadError> {
+    let Camera { kind, eye, at, up, fov } = *camera.get_ref();
+    let put = |position: super::values::Point| Vec3::from(place.put(point(position)));
+    let [eye, at] = [eye, at].map(|position| position.map(put));
+    if eye.is_some() && eye == at {
+        let remedy = "write different points behind eye and at";
+        return Err(text.error(camera.span(), "the eye is where it looks at", remedy));
+    }
+    if let Some(up) = up {
+        let up = vector(up);
+        if up == Vec3::ZERO {
+            return Err(text.error(camera.span(), "up leads nowhere", "write up = [0, 0, 1] or [0, 1, 0]"));
+        }
+        // The axis of the scene, for the sky and the usual lights, if it is one.
+        let axis = [Up::Y, Up::Z].into_iter().find(|axis| up.normalize_or_zero() == axis.vector());
+        scene.up = axis.or(scene.up);
+        scene.rendering.up = Some(up);
+    }
+    let rendering = &mut scene.rendering;
+    rendering.camera = kind.map(|Named(kind)| kind);
+    (rendering.eye, rendering.at) = (eye, at);
+    rendering.fov = fov.map(|angle| angle.0 as f32);
+    Ok(())
+}

@@ -1,0 +1,62 @@
+//! What particles are shown as, as plain data.
+
+use std::sync::Arc;
+
+use crate::geometry::{Cropping, shift_material};
+use crate::volume::{Preset, TransferFunction};
+
+/// What particles are shown as.
+#[derive(Clone, Debug, Default)]
+pub struct ParticleLook {
+    /// The radius of all; `None`: their own, or a guess.
+    pub radius: Option<f32>,
+    /// How often they are repeated along each edge of their periodic box.
+    pub tile: Option<[u32; 3]>,
+    /// The edges of that box; `None`: as their file says.
+    pub cell: Option<[[f32; 3]; 3]>,
+    /// The index of their material; `None`: a plain one.
+    pub material: Option<u32>,
+    /// Which of them are shown.
+    pub crops: Vec<Cropping>,
+    /// In which colours.
+    pub color: ColorBy,
+}
+
+/// What decides about colours.
+#[derive(Clone, Debug, Default)]
+pub enum ColorBy {
+    /// Elements, or the first attribute that is no part of a vector or a colour; without any, the material.
+    #[default]
+    Auto,
+    /// The material.
+    Material,
+    /// An attribute.
+    Attribute {
+        /// Its name.
+        name: String,
+        /// Its colours; `None`: as goes with it.
+        map: Option<Map>,
+        /// Which values have the first and the last colour; `None`: the least and the greatest of all steps.
+        range: Option<[f32; 2]>,
+    },
+}
+
+/// A colour map.
+#[derive(Clone, Debug)]
+pub enum Map {
+    /// One that has a name.
+    Preset(Preset),
+    /// A colour for each whole number.
+    Labels,
+    /// Those of atoms, by their numbers.
+    Elements,
+    /// This one.
+    Function(Arc<TransferFunction>),
+}
+
+impl ParticleLook {
+    /// Adds `shift` to the index of the material.
+    pub(super) fn shift_materials(&mut self, shift: u32) {
+        self.material.iter_mut().for_each(|index| shift_material(index, shift));
+    }
+}

@@ -1,0 +1,61 @@
+//! How a scene is to be rendered, as far as it says so: whoever renders it may choose otherwise.
+
+use glam::Vec3;
+
+use crate::camera::CameraKind;
+use crate::image::Size;
+use crate::renderer::RendererKind;
+use crate::sampler::SamplerKind;
+
+/// How a scene is to be rendered. What is `None` is left to whoever renders it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rendering {
+    /// Size of the picture.
+    pub size: Option<Size>,
+    /// The camera.
+    pub camera: Option<CameraKind>,
+    /// Where the eye is.
+    pub eye: Option<Vec3>,
+    /// What it looks at.
+    pub at: Option<Vec3>,
+    /// Which way is up in the picture.
+    pub up: Option<Vec3>,
+    /// Vertical field of view, degrees.
+    pub fov: Option<f32>,
+    /// The renderer.
+    pub renderer: Option<RendererKind>,
+    /// The pixel sampler.
+    pub sampler: Option<SamplerKind>,
+    /// Are there shadows?
+    pub shadows: Option<bool>,
+    /// How time goes on.
+    pub time: Option<Time>,
+}
+
+/// How time goes on, for scenes with several steps of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Time {
+    /// Seconds from one step to the next, where it was said.
+    pub step: Option<f64>,
+    /// Does the first step follow the last? Else time ends there.
+    pub repeat: bool,
+    /// The step that is shown first, from 0.
+    pub shown: usize,
+}
+
+impl Rendering {
+    /// Takes from `other` what this does not say.
+    pub(super) fn merge(&mut self, other: Self) {
+        let Self { size, camera, eye, at, up, fov, renderer, sampler, shadows, time } = other;
+        self.size = self.size.or(size);
+        self.camera = self.camera.or(camera);
+        self.eye = self.eye.or(eye);
+        self.at = self.at.or(at);
+        self.up = self.up.or(up);
+        self.fov = self.fov.or(fov);
+        self.renderer = self.renderer.or(renderer);
+        self.sampler = self.sampler.or(sampler);
+        self.shadows = self.shadows.or(shadows);
+        self.time = self.time.or(time);
+    }
+}
