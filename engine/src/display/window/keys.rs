@@ -20,6 +20,7 @@ pub const HELP: &str = "  \
   Right Left              next step of time, the one before
   Up Down                 time goes faster, slower
   p                       screenshot: mobula-0001.png, ...
+  v                       the view as a scene file: mobula-0001.toml, ...
   0, Home                 back to the first view
   h                       this help
   q, Esc                  close";
@@ -44,6 +45,7 @@ pub(super) enum Action {
     Faster,
     Slower,
     Screenshot,
+    Save,
     Reset,
     Help,
     Close,
@@ -70,6 +72,7 @@ pub(super) fn action(key: &Key) -> Option<Action> {
         Key::Named(NamedKey::ArrowUp) => Action::Faster,
         Key::Named(NamedKey::ArrowDown) => Action::Slower,
         Key::Character("p" | "P") => Action::Screenshot,
+        Key::Character("v" | "V") => Action::Save,
         Key::Character("0") | Key::Named(NamedKey::Home) => Action::Reset,
         Key::Character("h" | "H" | "?") | Key::Named(NamedKey::F1) => Action::Help,
         Key::Character("q" | "Q") | Key::Named(NamedKey::Escape) => Action::Close,

@@ -160,7 +160,11 @@ fn section<'de>(
     let Some(value) = file.remove(name) else { return Ok(Vec::new()) };
     let span = value.span();
     let DeValue::Table(table) = value.into_inner() else {
-        return Err(text.error(span, format!("{name} is no table"), format!("write [{name}], and what is in it below")));
+        return Err(text.error(
+            span,
+            format!("{name} is no table"),
+            format!("write [{name}], and what is in it below"),
+        ));
     };
     let owned = |key: Spanned<std::borrow::Cow<'_, str>>| Spanned::new(key.span(), key.into_inner().into_owned());
     Ok(table.into_iter().map(|(key, value)| (owned(key), value)).collect())

@@ -40,12 +40,7 @@ impl<'a> Text<'a> {
     }
 
     /// An error at a place of the text.
-    pub(super) fn error(
-        &self,
-        span: Range<usize>,
-        problem: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> LoadError {
+    pub(super) fn error(&self, span: Range<usize>, problem: impl Into<String>, remedy: impl Into<String>) -> LoadError {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = before.matches('\n').count() as u64 + 1;
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count() as u64 + 1;
