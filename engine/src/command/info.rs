@@ -1,7 +1,8 @@
 //! `mobula info`: what is in a file.
 
 use mobula::geometry::Role;
-use mobula::load::{Place, printable};
+use mobula::load::{Place, SCENE_FILE, printable};
+use mobula::scene::Object;
 use serde_json::json;
 
 use super::args::InfoOptions;
@@ -44,6 +45,9 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
         for (item, count) in report.census.items() {
             object[item.key] = json!(count);
         }
+        let object_of = |one: &Object| json!({ "kind": one.kind, "names": one.names, "material": one.material });
+        object["objects"] = scene.objects.iter().map(object_of).collect();
+        object["lights"] = json!(scene.lights.len());
         let volumes: Vec<_> = scene.volumes.iter().map(volumes::object).collect();
         let particles: Vec<_> = scene.particles.iter().map(|particles| particles::object(particles, place)).collect();
         // What is asked for most often: the keys of the first are the scene's too.
@@ -69,6 +73,16 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     }
     for (item, count) in report.census.items().iter().filter(|(_, count)| *count > 0) {
         line(&format!("{}{}", if item.role == Role::LeftOut { "  " } else { "" }, item.many), grouped(*count));
+    }
+    // What is more than the files that were named.
+    if report.format == SCENE_FILE {
+        for Object { kind, names, material, .. } in &scene.objects {
+            let material = material.as_ref().map(|name| format!(", {name}")).unwrap_or_default();
+            line(kind, printable(&format!("{}{material}", names.join(" "))).into_owned());
+        }
+    }
+    if !scene.lights.is_empty() {
+        line("lights", grouped(scene.lights.len() as u64));
     }
     if !scene.materials.is_empty() {
         line("materials", grouped(scene.materials.len() as u64));

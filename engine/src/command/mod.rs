@@ -11,6 +11,8 @@ mod particles;
 mod progress;
 mod raw;
 mod render;
+#[cfg(feature = "window")]
+mod saved;
 mod scale;
 mod scene;
 mod shown;
@@ -32,11 +34,15 @@ use glam::Vec3;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
 use mobula::light::Point;
-use mobula::load::{Loaded, Place, printable};
+use mobula::load::{Loaded, printable};
+#[cfg(feature = "window")]
+use mobula::load::{Place, SCENE_FILE, SavedScene};
 use mobula::medium::Fog;
 use mobula::pipeline::{Config, Pipeline};
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
+#[cfg(feature = "window")]
+use mobula::scene::Time;
 use mobula::scene::{Geometries, Steps};
 use mobula::stack::Scene;
 use mobula_core::simd::AnyToken;
@@ -191,9 +197,21 @@ struct Prepared {
     name: String,
     /// How long it took to build what finds hits, and what is known of volumes.
     build_seconds: f64,
-    /// Where its files were put.
-    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "for windows"))]
+    #[cfg(feature = "window")]
+    window: ForWindow,
+}
+
+/// What only a window wants to know.
+#[cfg(feature = "window")]
+struct ForWindow {
+    /// Where the scene's files were put.
     place: Place,
+    /// Is there a scene file that says how its volumes are shown?
+    of_file: bool,
+    /// The scene as a scene file.
+    saved: Option<SavedScene>,
+    /// How time goes on.
+    time: Option<Time>,
 }
 
 /// Does what the options say: chooses the level, says so, loads the scenes, builds the pipeline. `sampler` is for those who do
@@ -209,7 +227,10 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let (rays, level) = (counted(packet.rays(), "ray"), token.level());
     tell!("mobula: {level}, packets of {rays}, {}", counted(threads, "thread"));
 
-    let Loaded { mut scene, place, .. } = scene::gather(&options.scenes, &options.raw)?;
+    #[cfg_attr(not(feature = "window"), allow(unused_variables, reason = "for windows"))]
+    let Loaded { mut scene, place, report } = scene::gather(&options.scenes, &options.raw)?;
+    #[cfg(feature = "window")]
+    let of_file = report.format == SCENE_FILE;
     // Options win over what scene files say.
     let said = scene.rendering.clone();
     let usual = Settings::default();
@@ -249,6 +270,8 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     if let Some(background) = &options.background {
         scene.background = Arc::clone(&background.value);
     }
+    #[cfg(feature = "window")]
+    let saved = if on_demand { saved::scene(options, &scene, of_file, place) } else { None };
     if !scene.media.is_empty() && settings.renderer != RendererKind::Raytracer {
         say!("mobula: warning: the renderer {} shows no media (--transfer, --fog); raytracer does", settings.renderer);
     }
@@ -278,5 +301,12 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     }
     state.choose(chosen);
     settings.view = Some(chosen.view);
-    Ok(Prepared { pipeline, settings, name: scene.name, build_seconds: shown_seconds + seconds, place })
+    Ok(Prepared {
+        pipeline,
+        settings,
+        name: scene.name,
+        build_seconds: shown_seconds + seconds,
+        #[cfg(feature = "window")]
+        window: ForWindow { place, of_file, saved, time: said.time },
+    })
 }

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mobula::geometry::Role;
-use mobula::load::{self, Loaded, Place, Report, printable, series};
+use mobula::load::series::{self, Joined};
+use mobula::load::{self, Loaded, Place, Report, printable};
 use mobula::progress::Progress;
-use mobula::scene::SceneDescription;
+use mobula::scene::{Object, SceneDescription};
 use mobula::{builtin, generate};
 
 use super::failure::Failure;
@@ -29,13 +30,32 @@ pub(crate) fn gather(names: &[PathBuf], raw: &RawOptions) -> Result<Loaded, Fail
             parts.push((name, loaded));
         }
     }
-    let mut parts = series::join(parts).into_iter();
-    let Some(mut all) = parts.next() else { return Ok(made(builtin::scene())) };
+    let mut parts = series::join(parts).into_iter().map(with_objects);
+    let Some(mut all) = parts.next() else {
+        let mut all = made(builtin::scene());
+        all.scene.objects.push(Object { kind: "mesh", names: vec![load::BUILT_IN.into()], material: None, volumes: 0 });
+        return Ok(all);
+    };
     for Loaded { scene, report, .. } in parts {
         all.scene.merge(scene);
+        if report.format == load::SCENE_FILE {
+            all.report.format = load::SCENE_FILE;
+        }
         all.report.merge(report);
     }
     Ok(all)
+}
+
+/// What was loaded, with an object for it unless a scene file said which.
+fn with_objects(Joined { files, mut loaded }: Joined) -> Loaded {
+    let scene = &mut loaded.scene;
+    if loaded.report.format != load::SCENE_FILE {
+        let volumes = scene.volumes.len();
+        let names = files.iter().map(|file| file.to_string_lossy().into_owned()).collect();
+        let kind = if volumes > 0 { "volume" } else { "mesh" };
+        scene.objects.push(Object { kind, names, material: None, volumes });
+    }
+    loaded
 }
 
 /// Loads or makes one scene, and tells people about it.

@@ -85,13 +85,17 @@ pub(crate) fn without_effect(scene: &SceneDescription, options: &VolumeOptions) 
     let mut warnings = Vec::new();
     if scene.volumes.is_empty() {
         warnings.extend(names(&[&others[..], &media].concat()).map(|names| format!("{names}: there is no volume")));
+    } else if volumes == 0 {
+        let all = [&others[..5], &media].concat();
+        warnings
+            .extend(names(&all).map(|names| format!("{names}: the scene says itself what its volumes are shown as")));
     } else if transfer.is_empty() {
         warnings.extend(names(&media).map(|names| format!("{names}: this is for --transfer, which is not given")));
     } else if transfer.len() > volumes {
         let more = transfer.len() - volumes;
         warnings.push(format!("--transfer: there are {more} more of it than volumes ({volumes})"));
     }
-    if !scene.volumes.is_empty() && !transfer.is_empty() && iso.is_empty() && !transparent.is_empty() {
+    if volumes > 0 && !transfer.is_empty() && iso.is_empty() && !transparent.is_empty() {
         warnings.push("--transparent: this is for iso-surfaces, of which there are none".to_owned());
     }
     for volume in &scene.volumes {

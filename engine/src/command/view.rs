@@ -6,7 +6,7 @@ use mobula::sampler::SamplerKind;
 use super::args::SceneOptions;
 use super::failure::Failure;
 use super::values::{Shading, quoted};
-use super::{Prepared, prepare, render, scene, signals, tell};
+use super::{ForWindow, Prepared, prepare, render, scene, signals, tell};
 
 /// A window if there is a display, else a picture.
 pub(crate) fn view_or_render(options: &SceneOptions) -> Result<(), Failure> {
@@ -33,7 +33,7 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
 }
 
 fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
-    let Prepared { pipeline, settings, name, place, .. } = prepare(options, true, SamplerKind::Single)?;
+    let Prepared { pipeline, settings, name, window, .. } = prepare(options, true, SamplerKind::Single)?;
     tell!("{HELP}");
     // Screenshots are files too.
     signals::listen();
@@ -44,7 +44,9 @@ fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
         Shading::Off => Some("off".to_owned()),
     };
     let transfer = options.volumes.transfer.iter().map(ToString::to_string).collect();
-    Ok(connection.show(pipeline, &settings, &Titles { name, scene, transfer, shading, quoted, place })?)
+    let ForWindow { place, of_file, saved, time } = window;
+    let titles = Titles { name, scene, transfer, shading, quoted, place, of_file, saved, time };
+    Ok(connection.show(pipeline, &settings, &titles)?)
 }
 
 impl From<WindowError> for Failure {

@@ -40,11 +40,12 @@ pub const FORMATS: &[Format] = &[
     Format { name: SCENE_FILE, extensions: &[".toml"], sniff: scene_file::looks_like, load: load_scene_file },
 ];
 
-/// What puts together what other files hold.
-const SCENE_FILE: &str = "Mobula scene";
+/// What the format is called that puts together what other files hold.
+pub const SCENE_FILE: &str = "Mobula scene";
 
 fn load_scene_file(file: &Path, input: Input, options: &Options) -> Result<Loaded, LoadError> {
-    scene_file::load(file, input, options, &|part, options| load_any(part, options, |format| format.name != SCENE_FILE))
+    let part = |part: &Path, options: &Options| load_any(part, options, |format| format.name != SCENE_FILE);
+    scene_file::load(file, input, options, SCENE_FILE, &part)
 }
 
 /// What can be loaded, for messages.

@@ -44,10 +44,11 @@ mod transfer;
 mod volume;
 
 pub use error::LoadError;
-pub use format::{FORMATS, Format, load, load_with};
+pub use format::{FORMATS, Format, SCENE_FILE, load, load_with};
 pub use loaded::{Loaded, Report};
 pub use options::{Options, Raw, RawParticles};
 pub use place::Place;
+pub use scene_file::{BUILT_IN, SavedScene, VolumeChanges};
 pub use text::printable;
 pub use transfer::load_transfer;
 pub use volume::{NoVoxelType, VoxelType};

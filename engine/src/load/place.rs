@@ -52,6 +52,12 @@ impl Place {
         [a, b, c, (d - a * x - b * y - c * z) * self.scale]
     }
 
+    /// The plane of the file that is put where this one is.
+    pub fn plane_back(&self, [a, b, c, d]: [f64; 4]) -> [f64; 4] {
+        let [x, y, z] = self.offset;
+        [a, b, c, d / self.scale + a * x + b * y + c * z]
+    }
+
     /// The point of the file that is put at `position`.
     pub fn back(&self, position: [f32; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| f64::from(position[k]) / self.scale + self.offset[k])

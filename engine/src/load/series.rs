@@ -93,32 +93,41 @@ fn differ_at(a: &[Part], b: &[Part]) -> Option<usize> {
     }
 }
 
+/// What was loaded, and from which files: several are the steps of time of one volume.
+#[derive(Clone, Debug)]
+pub struct Joined {
+    /// The files, in the order of their numbers.
+    pub files: Vec<PathBuf>,
+    /// What is in them.
+    pub loaded: Loaded,
+}
+
 /// Files of one series.
 struct Series {
     /// The parts of the first name.
     parts: Vec<Part>,
     /// Where names differ, once there are two.
     at: Option<usize>,
-    files: Vec<(Vec<Part>, Loaded)>,
+    files: Vec<(Vec<Part>, PathBuf, Loaded)>,
 }
 
 /// Makes one scene of all files that are the steps of time of one volume, or of the same particles: whose names differ only in a number,
 /// and whose grids have the same sides, places and types, or whose particles have the same attributes. Others stay what they are.
-pub fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Loaded> {
+pub fn join(all: Vec<(PathBuf, Loaded)>) -> Vec<Joined> {
     let mut list: Vec<Series> = Vec::new();
     for (name, loaded) in all {
         let parts = numbered(&name.to_string_lossy());
         let fits = |series: &Series| {
-            let first = &series.files[0].1;
+            let first = &series.files[0].2;
             let at = differ_at(&series.parts, &parts).filter(|&at| series.at.is_none_or(|there| there == at));
             at.filter(|_| alike(first, &loaded))
         };
         match list.iter_mut().find_map(|series| fits(series).map(|at| (series, at))) {
             Some((series, at)) => {
                 series.at = Some(at);
-                series.files.push((parts, loaded));
+                series.files.push((parts, name, loaded));
             }
-            None => list.push(Series { parts: parts.clone(), at: None, files: vec![(parts, loaded)] }),
+            None => list.push(Series { parts: parts.clone(), at: None, files: vec![(parts, name, loaded)] }),
         }
     }
     list.into_iter().map(Series::join).collect()
@@ -150,12 +159,16 @@ fn alike(a: &Loaded, b: &Loaded) -> bool {
 
 impl Series {
     /// One scene of all files, in the order of their numbers.
-    fn join(mut self) -> Loaded {
-        self.files.sort_by(|(a, _), (b, _)| a.cmp(b));
+    fn join(mut self) -> Joined {
+        self.files.sort_by(|(a, ..), (b, ..)| a.cmp(b));
         let several = self.files.len() > 1;
-        let mut files = self.files.into_iter().map(|(_, loaded)| loaded);
-        let mut joined = files.next().expect("at least one");
-        for mut loaded in files {
+        let mut files = Vec::with_capacity(self.files.len());
+        let mut steps = self.files.into_iter().map(|(_, file, loaded)| {
+            files.push(file);
+            loaded
+        });
+        let mut joined = steps.next().expect("at least one");
+        for mut loaded in steps {
             for (all, volume) in joined.scene.volumes.iter_mut().zip(loaded.scene.volumes.drain(..)) {
                 all.steps.extend(volume.steps);
             }
@@ -173,7 +186,7 @@ impl Series {
             }
             joined.scene.name = name;
         }
-        joined
+        Joined { files, loaded: joined }
     }
 }
 

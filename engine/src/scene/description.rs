@@ -52,15 +52,17 @@ pub struct SceneDescription {
     pub objects: Vec<Object>,
 }
 
-/// What a scene says of a file, or of another part of it.
+/// A part of a scene: one or several files, or what a scene file says itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Object {
     /// What it is: `mesh`, `volume`, ...
     pub kind: &'static str,
-    /// What the scene calls it: usually a file.
-    pub name: String,
+    /// Its files, or else what it is called.
+    pub names: Vec<String>,
     /// The material that all of it has, where the scene says so.
     pub material: Option<String>,
+    /// How many of the scene's volumes it is.
+    pub volumes: usize,
 }
 
 impl Default for SceneDescription {

@@ -66,7 +66,7 @@ const COLORS: [[f32; 3]; 6] = [
 ];
 
 /// Adds to a scene what its volumes are shown as. Those of which [`SceneDescription::shown`] says nothing are shown as `others`
-/// says, which is called with 0, 1, ... for one after the other.
+/// says, which is called with 0, 1, ... for one after the other. Then it says of all of them what they are shown as.
 ///
 /// # Errors
 /// If a volume is not suited to it, or there is no such step of time.
@@ -80,7 +80,7 @@ pub fn show(scene: &mut SceneDescription, others: impl Fn(usize) -> Shown, steps
     let mut said = said.into_iter();
     let (mut notes, mut unsaid) = (Notes::default(), 0);
     for mut volume in std::mem::take(&mut scene.volumes) {
-        let shown = said.next().flatten().unwrap_or_else(|| {
+        let mut shown = said.next().flatten().unwrap_or_else(|| {
             unsaid += 1;
             others(unsaid - 1)
         });
@@ -92,7 +92,7 @@ pub fn show(scene: &mut SceneDescription, others: impl Fn(usize) -> Shown, steps
             add_medium(scene, &volume, &series, transfer, &shown)?;
         }
         if shown.transfer.is_none() || !shown.iso.is_empty() {
-            add_surfaces(scene, &volume, series, &shown, &mut notes)?;
+            shown.iso = add_surfaces(scene, &volume, series, &shown, &mut notes)?;
         }
         scene.volumes.push(volume);
         scene.shown.push(Some(shown));
@@ -185,13 +185,14 @@ fn moved_to(volume: Volume, origin: [f32; 3]) -> Result<Volume, ShowError> {
     Ok(Volume { name, steps })
 }
 
+/// Adds iso-surfaces, and returns their values.
 fn add_surfaces(
     scene: &mut SceneDescription,
     volume: &Volume,
     series: Series,
     shown: &Shown,
     notes: &mut Notes,
-) -> Result<(), ShowError> {
+) -> Result<Vec<f64>, ShowError> {
     let name = &volume.name;
     let mut values = shown.iso.clone();
     if values.is_empty() {
@@ -219,8 +220,8 @@ fn add_surfaces(
     });
     let materials = materials.collect();
     let cuts = shown.cuts.clone();
-    scene.add(IsoSurfaces { name: name.clone(), series, values, materials, cuts });
-    Ok(())
+    scene.add(IsoSurfaces { name: name.clone(), series, values: values.clone(), materials, cuts });
+    Ok(values)
 }
 
 /// A value with no more digits than its range makes sense of.

@@ -21,6 +21,7 @@ pub const HELP: &str = "  \
   Up Down                 time goes faster, slower
   l                       what colours mean: shown, hidden
   p                       screenshot: mobula-0001.png, ...
+  v                       the view as a scene file: mobula-0001.toml, ...
   0, Home                 back to the first view
   h                       this help
   q, Esc                  close";
@@ -45,6 +46,7 @@ pub(super) enum Action {
     Faster,
     Slower,
     Screenshot,
+    Save,
     Reset,
     Help,
     Legend,
@@ -72,6 +74,7 @@ pub(super) fn action(key: &Key) -> Option<Action> {
         Key::Named(NamedKey::ArrowUp) => Action::Faster,
         Key::Named(NamedKey::ArrowDown) => Action::Slower,
         Key::Character("p" | "P") => Action::Screenshot,
+        Key::Character("v" | "V") => Action::Save,
         Key::Character("0") | Key::Named(NamedKey::Home) => Action::Reset,
         Key::Character("h" | "H" | "?") | Key::Named(NamedKey::F1) => Action::Help,
         Key::Character("l" | "L") => Action::Legend,

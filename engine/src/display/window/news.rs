@@ -1,7 +1,8 @@
 //! What is told to a window, and what goes wrong with one.
 
-use crate::load::Place;
+use crate::load::{Place, SavedScene};
 use crate::pipeline::Fault;
+use crate::scene::Time;
 
 /// What the window says of what it shows.
 #[derive(Clone, Debug)]
@@ -18,6 +19,12 @@ pub struct Titles {
     pub quoted: fn(&str) -> String,
     /// Where its files were put.
     pub place: Place,
+    /// Does a scene file say what volumes are shown as? The command line then says nothing of that.
+    pub of_file: bool,
+    /// The scene as a scene file, if there can be one.
+    pub saved: Option<SavedScene>,
+    /// How time goes on, if the scene says so.
+    pub time: Option<Time>,
 }
 
 /// What the event loop is told by other threads.

@@ -23,12 +23,14 @@ use super::strips::Strips;
 use super::volumes::VolumeControls;
 use crate::app::{Chosen, Settings, State};
 use crate::balance::BalancerKind;
-use crate::camera::View;
+use crate::camera::{Up, View};
 use crate::display::{Sheet, legend};
 use crate::image::Size;
+use crate::output;
 use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
+use crate::scene::{Rendering, Time};
 use crate::traverse::{TileSize, TraverserKind};
 
 /// The title changes no more often.
@@ -45,6 +47,8 @@ pub(super) struct Viewer {
     /// What was asked for, which the state has or is about to have.
     chosen: Chosen,
     first_view: View,
+    /// The axis of the scene that points up.
+    axis: Up,
     volumes: VolumeControls,
     /// What colours mean, if they mean something.
     legend: Option<Sheet>,
@@ -76,7 +80,8 @@ impl Viewer {
         let mut coloured = state.stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref());
         let legend = coloured.find_map(legend);
         screen.lock().legend.clone_from(&legend);
-        let volumes = VolumeControls::new(state, &titles.transfer, titles.shading.as_deref());
+        let volumes = VolumeControls::new(state, titles);
+        let axis = state.stack.scene.up;
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
             SamplerKind::Single => SamplerKind::Jittered { side: 3 },
@@ -91,6 +96,7 @@ impl Viewer {
             threads,
             chosen,
             first_view: chosen.view,
+            axis,
             volumes,
             legend,
             antialiased,
@@ -176,6 +182,7 @@ impl Viewer {
             Action::Faster => self.volumes.speed(2.0),
             Action::Slower => self.volumes.speed(0.5),
             Action::Screenshot => self.take_screenshot(),
+            Action::Save => self.save(),
             Action::Reset => self.look(self.first_view),
             Action::Help => self.show_or_hide_help(),
             Action::Legend => self.show_or_hide_legend(),
@@ -217,6 +224,40 @@ impl Viewer {
         }
     }
 
+    /// Writes what is shown as a scene file.
+    fn save(&self) {
+        let Some(saved) = &self.titles.saved else {
+            tell(format_args!(
+                "mobula: warning: no scene file can say what is shown: it comes from standard input, or from a scene file and others"
+            ));
+            return;
+        };
+        let Chosen { view: View { eye, at, up, fov }, camera, renderer, sampler, shadows } = self.chosen;
+        let time = self.volumes.step().map(|shown| Time { step: None, repeat: true, shown });
+        let rendering = Rendering {
+            size: Some(self.size),
+            camera: Some(camera),
+            eye: Some(eye),
+            at: Some(at),
+            up: Some(up),
+            fov: Some(fov),
+            renderer: Some(renderer),
+            sampler: Some(sampler),
+            shadows: Some(shadows),
+            time,
+        };
+        let text = saved.text(&rendering, self.axis, &self.volumes.changes());
+        let number = (1_u32..).find(|number| !saved_name(*number).exists()).unwrap_or(0);
+        let file = saved_name(number);
+        match output::write(&file, |mut handle| handle.write_all(text.as_bytes())) {
+            Ok(()) => {
+                let file = file.display();
+                tell(format_args!("mobula: wrote {file}; the same picture: mobula render {file}"));
+            }
+            Err(error) => tell(format_args!("mobula: warning: {}: cannot be written: {error}", file.display())),
+        }
+    }
+
     /// Renders the present state once more and writes that frame: earlier input may still be on its way.
     fn take_screenshot(&mut self) {
         let file = loop {
@@ -249,7 +290,11 @@ impl Viewer {
         let shadows = if shadows { "" } else { " --no-shadows" };
         let Titles { scene, place, .. } = &self.titles;
         let gap = if scene.is_empty() { "" } else { " " };
-        let volumes = self.volumes.options(self.titles.quoted);
+        // A scene file says what volumes are shown as: what was changed of that is written with it.
+        let volumes = match self.titles.of_file {
+            true => self.volumes.step().map(|step| format!(" --step {step}")).unwrap_or_default(),
+            false => self.volumes.options(self.titles.quoted),
+        };
         let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
         let (size, eye, at) = (self.size, point(eye), point(at));
         format!(
@@ -345,6 +390,11 @@ impl Viewer {
         self.title_set = Some(Instant::now());
         self.title_due = None;
     }
+}
+
+/// What a scene file with a number is called.
+fn saved_name(number: u32) -> PathBuf {
+    PathBuf::from(format!("mobula-{number:04}.toml"))
 }
 
 fn draw_at_once(

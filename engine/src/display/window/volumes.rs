@@ -2,7 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use super::news::Titles;
 use crate::app::{State, Volumes};
+use crate::load::VolumeChanges;
+use crate::medium::Volume;
 use crate::pipeline::Handle;
 use crate::volume::Preset;
 
@@ -18,24 +21,33 @@ pub(super) struct VolumeControls {
     transfer: Vec<String>,
     /// Whether they are lit, if the command line said so.
     shading: Option<String>,
+    first_iso: Option<Vec<f64>>,
+    /// Has another transfer function been chosen?
+    other_transfer: bool,
+    /// Does time begin anew behind its end?
+    repeats: bool,
     per_second: f64,
     /// When the next step is due, while time goes on.
     due: Option<Instant>,
 }
 
 impl VolumeControls {
-    /// For the volumes of a state. `transfer` are words that name transfer functions on the command line.
-    pub(super) fn new(state: &State, transfer: &[String], shading: Option<&str>) -> Self {
+    /// For the volumes of a state.
+    pub(super) fn new(state: &State, titles: &Titles) -> Self {
         let shown = state.volumes();
-        let first_window = shown.window.map(|(window, _)| window);
         let first_crop = shown.crop.as_ref().map(|(_, shown, _)| *shown);
+        let media = state.stack.scene.media.iter().filter_map(|medium| medium.downcast_ref::<Volume>());
+        let named = media.map(|volume| volume.function().name.clone());
         Self {
+            first_window: shown.window.map(|(window, _)| window),
+            first_iso: shown.iso.as_ref().map(|(values, _)| values.clone()),
             shown,
-            first_window,
             first_crop,
-            transfer: transfer.to_vec(),
-            shading: shading.map(str::to_owned),
-            per_second: SPEED,
+            transfer: if titles.of_file { named.collect() } else { titles.transfer.clone() },
+            shading: titles.shading.clone(),
+            other_transfer: false,
+            repeats: titles.time.is_none_or(|time| time.repeat),
+            per_second: titles.time.and_then(|time| time.step).map_or(SPEED, |seconds| 1.0 / seconds),
             due: None,
         }
     }
@@ -90,6 +102,7 @@ impl VolumeControls {
         *window = preset.function(*range).span(*range);
         self.first_window = Some(*window);
         self.shading = None;
+        self.other_transfer = true;
         handle.send("transfer function", move |state| {
             state.set_transfer(|range| preset.function(range), preset.is_lit());
         });
@@ -123,6 +136,10 @@ impl VolumeControls {
         let due = self.due?;
         let now = Instant::now();
         if now >= due {
+            if !self.repeats && self.shown.step + 1 >= self.shown.steps {
+                self.due = None;
+                return None;
+            }
             self.move_step(1, handle);
             // What could not be shown in time is not made up for.
             self.due = Some((due + Duration::from_secs_f64(1.0 / self.per_second)).max(now));
@@ -156,6 +173,21 @@ impl VolumeControls {
             }
         }
         text
+    }
+
+    /// What is not as at first.
+    pub(super) fn changes(&self) -> VolumeChanges {
+        let iso = self.shown.iso.as_ref().map(|(values, _)| values.clone());
+        VolumeChanges {
+            iso: iso.filter(|values| self.first_iso.as_ref() != Some(values)),
+            transfer: self.other_transfer.then(|| self.transfer.join(" ")),
+            window: self.shown.window.map(|(window, _)| window).filter(|window| self.first_window != Some(*window)),
+        }
+    }
+
+    /// The step of time that is shown, where there are several.
+    pub(super) fn step(&self) -> Option<usize> {
+        (self.shown.steps > 1).then_some(self.shown.step)
     }
 
     /// What makes the same on the command line.

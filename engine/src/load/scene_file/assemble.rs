@@ -30,10 +30,12 @@ pub(crate) fn looks_like(start: &[u8]) -> bool {
 }
 
 /// Loads a scene file, and with `part` the files that it names.
+/// `format` is what reports call the format.
 pub(crate) fn load(
     file: &Path,
     mut input: input::Input,
     options: &Options,
+    format: &'static str,
     part: Load<'_>,
 ) -> Result<Loaded, LoadError> {
     let mut bytes = Vec::new();
@@ -51,6 +53,7 @@ pub(crate) fn load(
         LoadError::new(file, "this is not UTF-8 text", FIRST).at(line as u64)
     })?;
     let mut loaded = assemble(Text { file, text }, options, part)?;
+    loaded.report.format = format;
     loaded.report.warnings.extend(input.warning(file));
     Ok(loaded)
 }
@@ -79,9 +82,8 @@ fn assemble(text: Text<'_>, options: &Options, part: Load<'_>) -> Result<Loaded,
         materials: named.materials.iter().map(|defined| defined.named.clone()).collect(),
         ..SceneDescription::default()
     };
-    let report = Report { format: "Mobula scene", ..Report::default() };
     let parts = Parts::new(text, options, part);
-    let mut building = Building { text, named: &named, parts, scene, report };
+    let mut building = Building { text, named: &named, parts, scene, report: Report::default() };
     building.add_all(&objects)?;
     let Building { parts, mut scene, report, .. } = building;
     let place = parts.place();

@@ -17,6 +17,7 @@ use crate::camera::CameraKind;
 use crate::load::VoxelType;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
+use crate::view::Up;
 
 /// What concerns the whole scene. What has parts of its own kind is read by itself.
 #[derive(Debug, Deserialize)]
@@ -27,6 +28,7 @@ pub(super) struct Head {
     pub(super) size: Option<Spanned<[Count; 2]>>,
     pub(super) time: Option<Time>,
     pub(super) camera: Option<Spanned<Camera>>,
+    pub(super) up: Option<Named<Up>>,
     pub(super) renderer: Option<Named<RendererKind>>,
     pub(super) sampler: Option<Named<SamplerKind>>,
     pub(super) shadows: Option<bool>,
@@ -187,10 +189,14 @@ impl FromStr for Measured {
     }
 }
 
+/// A file, or several.
+#[derive(Clone, Debug)]
+pub(super) struct Files(pub(super) Vec<String>);
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Mesh {
-    pub(super) mesh: Spanned<String>,
+    pub(super) mesh: Spanned<Files>,
     pub(super) material: Option<Spanned<String>>,
 }
 
@@ -205,7 +211,7 @@ pub(super) struct Spheres {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Particles {
-    pub(super) particles: Spanned<String>,
+    pub(super) particles: Spanned<Files>,
     pub(super) radius: Option<Positive>,
     pub(super) material: Option<Spanned<String>>,
     #[serde(default)]
@@ -219,7 +225,7 @@ pub(super) struct Particles {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Volume {
-    pub(super) volume: Spanned<String>,
+    pub(super) volume: Spanned<Files>,
     pub(super) raw: Option<Raw>,
     pub(super) transfer: Option<Spanned<String>>,
     pub(super) window: Option<(Number, Positive)>,
@@ -357,6 +363,14 @@ either! {
     }
     TransferRows = "points such as [[0, 0, 0, 0, 0], [20, 1, 0.3, 0, 2]], or a table with points, values and lengths" {
         seq_or_map!(TransferRows: Points, Scaled);
+    }
+    Files = "the name of a file between quotes, or a list of them" {
+        fn visit_str<E: Error>(self, name: &str) -> Result<Files, E> {
+            Ok(Files(vec![name.to_owned()]))
+        }
+        fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Files, A::Error> {
+            Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map(Files)
+        }
     }
     Iso = "a value, or a table with value, material and transparent" {
         fn visit_i64<E: Error>(self, value: i64) -> Result<Iso, E> {

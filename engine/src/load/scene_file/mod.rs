@@ -3,6 +3,7 @@
 //!
 //! | file | idea |
 //! |---|---|
+//! | `write` | what is shown as a scene file |
 //! | `assemble` | the scene of a file |
 //! | `surroundings` | lights, background, camera and what else concerns the whole scene |
 //! | `objects` | objects become geometry and volumes |
@@ -22,5 +23,8 @@ mod parts;
 mod surroundings;
 mod text;
 mod values;
+mod write;
 
 pub(super) use assemble::{load, looks_like};
+pub use parts::BUILT_IN;
+pub use write::{SavedScene, VolumeChanges};

@@ -120,16 +120,16 @@ impl Building<'_> {
         Ok(())
     }
 
-    fn note(&mut self, kind: &'static str, name: &str, material: Option<&Spanned<String>>) {
+    fn note(&mut self, kind: &'static str, names: &[String], material: Option<&Spanned<String>>, volumes: usize) {
         let material = material.map(|name| name.get_ref().clone());
-        self.scene.objects.push(Object { kind, name: name.to_owned(), material });
+        self.scene.objects.push(Object { kind, names: names.to_vec(), material, volumes });
     }
 
     fn add_mesh(&mut self, keys: &keys::Mesh) -> Result<(), LoadError> {
         let keys::Mesh { mesh: name, material } = keys;
         let number = material.as_ref().map(|name| self.named.find_plain(&self.text, name)).transpose()?;
         for mut part in self.parts.get(name, None)? {
-            if name.get_ref().starts_with(generate::PREFIX) {
+            if name.get_ref().0.iter().any(|name| name.starts_with(generate::PREFIX)) {
                 self.scene.ambient = Arc::clone(&part.scene.ambient);
                 self.scene.background = Arc::clone(&part.scene.background);
             }
@@ -147,7 +147,7 @@ impl Building<'_> {
             }
             self.report.merge(part.report);
         }
-        self.note("mesh", name.get_ref(), material.as_ref());
+        self.note("mesh", &name.get_ref().0, material.as_ref(), 0);
         Ok(())
     }
 
@@ -163,12 +163,13 @@ impl Building<'_> {
         self.report.census.merge(&spheres.census());
         self.scene.add(spheres);
         let count = load::text::counted(keys.spheres.len() as u64, "sphere");
-        self.note("spheres", &count, keys.material.as_ref());
+        self.note("spheres", &[count], keys.material.as_ref(), 0);
         Ok(())
     }
 
     fn add_volume(&mut self, keys: &keys::Volume) -> Result<(), LoadError> {
         let name = &keys.volume;
+        let before = self.scene.volumes.len();
         for part in self.parts.get(name, keys.raw.map(raw))? {
             if part.scene.volumes.is_empty() || !part.scene.geometry.is_empty() {
                 return Err(self.text.error(name.span(), "this is no volume", "write mesh = instead of volume ="));
@@ -180,7 +181,7 @@ impl Building<'_> {
             self.scene.shown[from..].iter_mut().for_each(|place| place.clone_from(&shown));
             self.scene.shown.resize(self.scene.volumes.len(), shown);
         }
-        self.note("volume", name.get_ref(), None);
+        self.note("volume", &name.get_ref().0, None, self.scene.volumes.len() - before);
         Ok(())
     }
 

@@ -13,7 +13,7 @@ use crate::load::LoadError;
 #[allow(dead_code, reason = "objects of particles are not made yet: they are what will read it")]
 pub(super) struct Particles {
     /// The files.
-    pub(super) files: Spanned<String>,
+    pub(super) files: Spanned<keys::Files>,
     /// The radius of those that have none of their own, in units of the files.
     pub(super) radius: Option<f64>,
     /// The number of the material.

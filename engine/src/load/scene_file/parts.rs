@@ -1,10 +1,12 @@
 //! The files that objects name: found, loaded with one place for all, and joined where they are steps of time.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 
+use super::keys::Files;
 use super::text::{Text, shortened};
 use crate::load::place::Place;
 use crate::load::{LoadError, Loaded, Options, Raw, Report, input, series};
@@ -20,7 +22,7 @@ pub(super) struct Parts<'a> {
     load: Load<'a>,
     place: Option<Place>,
     /// What several objects name, and how many still will.
-    kept: HashMap<String, (usize, Option<Vec<Loaded>>)>,
+    kept: HashMap<Vec<String>, (usize, Option<Vec<Loaded>>)>,
 }
 
 impl<'a> Parts<'a> {
@@ -33,75 +35,79 @@ impl<'a> Parts<'a> {
         self.place.unwrap_or_default()
     }
 
-    /// An object will ask for this.
-    pub(super) fn expect(&mut self, name: &str) {
-        self.kept.entry(name.to_owned()).or_default().0 += 1;
+    /// An object will ask for these.
+    pub(super) fn expect(&mut self, names: &Files) {
+        self.kept.entry(names.0.clone()).or_default().0 += 1;
     }
 
-    /// What is in the files that a name means, steps of time of one volume joined.
-    pub(super) fn get(&mut self, name: &Spanned<String>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
+    /// What is in the files that names mean, steps of time of one volume joined.
+    pub(super) fn get(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
         if raw.is_some() {
-            return self.open(name, raw);
+            return self.open(names, raw);
         }
-        if let Some((left, found)) = self.kept.get_mut(name.get_ref()) {
+        if let Some((left, found)) = self.kept.get_mut(&names.get_ref().0) {
             *left = left.saturating_sub(1);
             if let Some(found) = if *left == 0 { found.take() } else { found.clone() } {
                 return Ok(found);
             }
         }
-        let opened = self.open(name, raw)?;
-        if let Some((1.., found)) = self.kept.get_mut(name.get_ref()) {
+        let opened = self.open(names, raw)?;
+        if let Some((1.., found)) = self.kept.get_mut(&names.get_ref().0) {
             *found = Some(opened.clone());
         }
         Ok(opened)
     }
 
-    fn open(&mut self, name: &Spanned<String>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
-        if name.get_ref().starts_with(generate::PREFIX) {
-            let loaded = self.generated(name)?;
-            self.place.get_or_insert(loaded.place);
-            return Ok(vec![loaded]);
-        }
+    fn open(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
         let mut loaded = Vec::new();
-        for path in self.find(name)? {
-            let options =
-                Options { place: self.place, raw, raw_particles: None, progress: self.options.progress.clone() };
-            let part = (self.load)(&path, &options)?;
-            self.place.get_or_insert(part.place);
-            loaded.push((path, part));
+        for name in &names.get_ref().0 {
+            if name.starts_with(generate::PREFIX) {
+                let part = self.generated(name, names.span())?;
+                self.place.get_or_insert(part.place);
+                loaded.push((name.into(), part));
+                continue;
+            }
+            for path in self.find(name, names.span())? {
+                let options =
+                    Options { place: self.place, raw, raw_particles: None, progress: self.options.progress.clone() };
+                let part = (self.load)(&path, &options)?;
+                self.place.get_or_insert(part.place);
+                loaded.push((path, part));
+            }
         }
-        Ok(series::join(loaded))
+        Ok(series::join(loaded).into_iter().map(|joined| joined.loaded).collect())
     }
 
     /// The files that a name means: regular ones only, since a name could be that of a pipe or a device.
-    fn find(&self, name: &Spanned<String>) -> Result<Vec<PathBuf>, LoadError> {
+    fn find(&self, name: &str, span: Range<usize>) -> Result<Vec<PathBuf>, LoadError> {
         let missing = || {
-            let problem = format!("there is no file \"{}\"", shortened(name.get_ref()));
-            self.text.error(name.span(), problem, "name it as seen from the folder of the scene file")
+            let problem = format!("there is no file \"{}\"", shortened(name));
+            self.text.error(span.clone(), problem, "name it as seen from the folder of the scene file")
         };
-        if name.get_ref().is_empty() || name.get_ref().contains('\0') {
+        if name.is_empty() || name.contains('\0') {
             return Err(missing());
         }
-        let path = self.text.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
+        let path = self.text.file.parent().unwrap_or(Path::new("")).join(name);
         let found = series::expand(&path).map_err(|_| missing())?;
         if found.iter().all(|path| input::is_regular(path)) { Ok(found) } else { Err(missing()) }
     }
 
     /// A scene that is no file.
-    fn generated(&self, name: &Spanned<String>) -> Result<Loaded, LoadError> {
-        let scene = match name.get_ref().as_str() {
+    fn generated(&self, name: &str, span: Range<usize>) -> Result<Loaded, LoadError> {
+        let scene = match name {
             BUILT_IN => Some(builtin::scene()),
             name if generate::has_memory(name) => generate::generate(name),
             _ => {
                 let remedy = "leave it out, or free some memory";
-                return Err(self.text.error(name.span(), "there is no memory for this scene", remedy));
+                return Err(self.text.error(span, "there is no memory for this scene", remedy));
             }
         };
         let known: Vec<_> = generate::SCENES.iter().map(|(name, _)| *name).chain([BUILT_IN]).collect();
-        let scene = scene.ok_or_else(|| self.text.unknown_name(name, "generated scene", &known))?;
+        let scene = scene
+            .ok_or_else(|| self.text.unknown_name(&Spanned::new(span, name.to_owned()), "generated scene", &known))?;
         Ok(Loaded { report: Report::of_scene(&scene), scene, place: Place::default() })
     }
 }
 
-/// The scene that is shown where no other is asked for.
-pub(super) const BUILT_IN: &str = "gen:built-in";
+/// What scene files call the scene that is shown where no other is asked for.
+pub const BUILT_IN: &str = "gen:built-in";

@@ -115,10 +115,11 @@ pub(super) fn add(
         let remedy = "write [width, height] in pixels, such as [1024, 768]";
         rendering.size = Some(checked.map_err(|error| text.error(size.span(), error.to_string(), remedy))?);
     }
-    match &head.camera {
-        Some(camera) => look(text, camera, place, scene),
-        None => Ok(()),
+    if let Some(camera) = &head.camera {
+        look(text, camera, place, scene)?;
     }
+    scene.up = head.up.map(|Named(axis)| axis).or(scene.up);
+    Ok(())
 }
 
 fn look(

@@ -1,0 +1,52 @@
+//! What a window shows as a scene file: the one that it came from, or the options.
+
+use std::path::Path;
+
+use mobula::light::Point;
+use mobula::load::{FORMATS, Place, SavedScene};
+use mobula::scene::SceneDescription;
+
+use super::args::SceneOptions;
+use super::values;
+
+/// The scene, after it was decided what its volumes are shown as. None where no scene file can say what it is: one of several files is a
+/// scene file, or something comes from standard input.
+pub(crate) fn scene(
+    options: &SceneOptions,
+    scene: &SceneDescription,
+    of_file: bool,
+    place: Place,
+) -> Option<SavedScene> {
+    if options.scenes.iter().any(|name| name == Path::new("-")) {
+        return None;
+    }
+    let mut saved = match (of_file, &options.scenes[..]) {
+        (true, [file]) => SavedScene::of_file(file, place).ok()?,
+        (true, _) => return None,
+        (false, _) => {
+            let raw = options.raw.raw().map(|raw| (raw, &is_raw as &dyn Fn(&str) -> bool));
+            SavedScene::of_objects(&scene.objects, raw, place)
+        }
+    };
+    let transfer = &options.volumes.transfer;
+    saved.describe_volumes(&scene.objects, &scene.shown, |number| {
+        transfer.get(number).or(transfer.last()).map(ToString::to_string)
+    });
+    if let Some(values::Point(at)) = options.light {
+        saved.light(at, Point::KEY.color.to_array());
+    }
+    if let Some(fog) = &options.fog {
+        saved.fog(&fog.value);
+    }
+    if let Some(background) = &options.background {
+        saved.background(&background.words);
+    }
+    Some(saved)
+}
+
+/// Does only `--raw-dims` say what is in a file?
+fn is_raw(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    !FORMATS.iter().flat_map(|format| format.extensions).any(|end| name.ends_with(end)) && !name.starts_with("gen:")
+}
