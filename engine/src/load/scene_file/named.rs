@@ -12,6 +12,7 @@ use super::values::{Named, Number};
 use crate::color::from_srgb;
 use crate::load::LoadError;
 use crate::material::{self, Material, MaterialKind, NamedMaterial};
+use crate::scene::Map;
 use crate::volume::{MOST_POINTS, Preset, Scale, TransferFunction, TransferPoint};
 
 /// Everything that has a name.
@@ -34,22 +35,13 @@ pub(super) type ColorPoint = (f64, [f32; 3]);
 
 /// Colours that go by an attribute.
 #[derive(Clone, Debug)]
-#[allow(dead_code, reason = "objects of particles are not made yet: they are what will read it")]
 pub(super) struct Coloring {
     /// The attribute.
     pub(super) by: String,
-    /// Which colours.
-    pub(super) map: ColorMap,
+    /// Which colours; `None`: as goes with the attribute.
+    pub(super) map: Option<Map>,
     /// The values at the ends of the map; `None`: the least and the greatest.
     pub(super) range: Option<[f64; 2]>,
-}
-
-/// A colour map.
-#[derive(Clone, Debug)]
-#[allow(dead_code, reason = "objects of particles are not made yet: they are what will read it")]
-pub(super) enum ColorMap {
-    Preset(Preset),
-    Points(Vec<ColorPoint>),
 }
 
 impl Definitions {
@@ -90,21 +82,31 @@ impl Definitions {
 
     /// Colours as an attribute says.
     pub(super) fn coloring(&self, text: &Text<'_>, keys: ColorBy) -> Result<Coloring, LoadError> {
-        let map = match &keys.map {
-            None => ColorMap::Preset(Preset::Viridis),
-            Some(name) => match self.maps.iter().find(|(known, _)| known == name.get_ref()) {
-                Some((_, points)) => ColorMap::Points(points.clone()),
-                None => {
-                    let presets = Preset::ALL.iter().filter(|preset| !preset.is_lit());
-                    let presets: Vec<_> = presets.map(|preset| preset.name()).collect();
-                    let found = name.get_ref().parse().ok().filter(|preset: &Preset| !preset.is_lit());
-                    let known = || self.maps.iter().map(|(name, _)| name.as_str()).chain(presets).collect::<Vec<_>>();
-                    ColorMap::Preset(found.ok_or_else(|| text.unknown_name(name, "colour map", &known()))?)
-                }
-            },
-        };
+        let map = keys.map.as_ref().map(|name| self.map(text, name)).transpose()?;
         let range = keys.range.map(|range| ascending(text, &range)).transpose()?;
         Ok(Coloring { by: keys.by, map, range })
+    }
+
+    /// The colour map that is called so.
+    fn map(&self, text: &Text<'_>, name: &Spanned<String>) -> Result<Map, LoadError> {
+        if let Some((name, points)) = self.maps.iter().find(|(known, _)| known == name.get_ref()) {
+            let point = |&(value, color): &ColorPoint| TransferPoint { value, color, extinction: 0.0 };
+            let (name, points) = (name.clone(), points.iter().map(point).collect());
+            let function = TransferFunction { name, points, values: Scale::Relative, lengths: Scale::Relative };
+            return Ok(Map::Function(Arc::new(function)));
+        }
+        match name.get_ref().as_str() {
+            "labels" => Ok(Map::Labels),
+            "elements" => Ok(Map::Elements),
+            word => {
+                let presets = Preset::ALL.iter().filter(|preset| !preset.is_lit()).map(|preset| preset.name());
+                let names =
+                    self.maps.iter().map(|(name, _)| name.as_str()).chain(presets).chain(["labels", "elements"]);
+                let found = word.parse().ok().filter(|preset: &Preset| !preset.is_lit());
+                let unknown = || text.unknown_name(name, "colour map", &names.collect::<Vec<_>>());
+                found.map(Map::Preset).ok_or_else(unknown)
+            }
+        }
     }
 
     fn material(&self, text: &Text<'_>, name: String, value: Spanned<DeValue<'_>>) -> Result<Defined, LoadError> {

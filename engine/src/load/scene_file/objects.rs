@@ -17,6 +17,7 @@ use crate::generate;
 use crate::geometry::{Geometry, Mesh, Spheres};
 use crate::load::transfer::load_transfer;
 use crate::load::{self, LoadError, Report, input};
+use crate::material::Phong;
 use crate::medium::DEFAULT_STEP;
 use crate::scene::{Object, SceneDescription, Shown, Transfer};
 use crate::volume::Preset;
@@ -100,13 +101,8 @@ impl Building<'_> {
             match object {
                 Wanted::Mesh(keys::Mesh { mesh: name, .. }) => self.parts.expect(name.get_ref()),
                 Wanted::Volume(keys) if keys.raw.is_none() => self.parts.expect(keys.volume.get_ref()),
+                Wanted::Particles(particles) => self.parts.expect(particles.files.get_ref()),
                 _ => {}
-            }
-        }
-        // What cannot be is told before large files are read.
-        for object in objects {
-            if let Wanted::Particles(particles) = object {
-                particles::add(&self.text, particles)?;
             }
         }
         for object in objects {
@@ -114,7 +110,7 @@ impl Building<'_> {
                 Wanted::Mesh(keys) => self.add_mesh(keys)?,
                 Wanted::Volume(keys) => self.add_volume(keys)?,
                 Wanted::Spheres(keys) => self.add_spheres(keys)?,
-                Wanted::Particles(_) => {}
+                Wanted::Particles(particles) => self.add_particles(particles)?,
             }
         }
         Ok(())
@@ -164,6 +160,27 @@ impl Building<'_> {
         self.scene.add(spheres);
         let count = load::text::counted(keys.spheres.len() as u64, "sphere");
         self.note("spheres", &[count], keys.material.as_ref(), 0);
+        Ok(())
+    }
+
+    fn add_particles(&mut self, asked: &particles::Particles) -> Result<(), LoadError> {
+        let name = &asked.files;
+        for part in self.parts.get(name, None)? {
+            if part.scene.particles.is_empty() {
+                return Err(self.text.error(name.span(), "these are no particles", "write mesh = or volume = instead"));
+            }
+            let mut look = asked.look(self.parts.place().scale);
+            if let Some(color) = asked.color {
+                let diffuse = color.into();
+                look.material = Some(self.scene.add_material("particles", Phong { diffuse, ..Phong::default() }));
+            }
+            self.scene.merge(part.scene);
+            self.report.merge(part.report);
+            self.scene.particle_looks.resize(self.scene.particles.len(), Some(look));
+        }
+        let material = asked.material.and_then(|number| self.named.materials.get(number as usize));
+        let material = material.map(|defined| defined.named.name.clone());
+        self.scene.objects.push(Object { kind: "particles", names: name.get_ref().0.clone(), material, volumes: 0 });
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! Objects of particles: what is asked for, and the one place where it becomes geometry.
+//! Objects of particles.
 
 use toml::Spanned;
 
@@ -6,11 +6,12 @@ use super::keys;
 use super::named::{Coloring, Definitions, ascending};
 use super::text::Text;
 use super::values::point;
+use crate::geometry::Cropping;
 use crate::load::LoadError;
+use crate::scene::{ColorBy, ParticleLook};
 
 /// What a scene file says of particles.
 #[derive(Clone, Debug)]
-#[allow(dead_code, reason = "objects of particles are not made yet: they are what will read it")]
 pub(super) struct Particles {
     /// The files.
     pub(super) files: Spanned<keys::Files>,
@@ -57,8 +58,33 @@ pub(super) fn read(text: &Text<'_>, keys: keys::Particles, named: &Definitions) 
     })
 }
 
-/// Adds particles to a scene.
-pub(super) fn add(text: &Text<'_>, particles: &Particles) -> Result<(), LoadError> {
-    let remedy = "leave this object out";
-    Err(text.error(particles.files.span(), "particles in scene files are not shown yet", remedy))
+impl Particles {
+    /// What they are shown as, but for a plain colour; lengths of files are multiplied by `scale`.
+    pub(super) fn look(&self, scale: f64) -> ParticleLook {
+        let crop = |(attribute, range): &(String, [f64; 2])| Cropping {
+            attribute: attribute.clone(),
+            ranges: vec![range.map(|end| end as f32)],
+        };
+        let color = match &self.coloring {
+            Some(Coloring { by, map, range }) => ColorBy::Attribute {
+                name: by.clone(),
+                map: map.clone(),
+                range: range.map(|range| range.map(|end| end as f32)),
+            },
+            None if self.color.is_some() || self.material.is_some() => ColorBy::Material,
+            None => ColorBy::Auto,
+        };
+        let cell = |[low, high]: [[f64; 3]; 2]| {
+            let side = |axis: usize| ((high[axis] - low[axis]) * scale) as f32;
+            [[side(0), 0.0, 0.0], [0.0, side(1), 0.0], [0.0, 0.0, side(2)]]
+        };
+        ParticleLook {
+            radius: self.radius.map(|radius| (radius * scale) as f32),
+            tile: (self.tile != [1; 3]).then(|| self.tile.map(|times| times.min(u32::MAX as usize) as u32)),
+            cell: self.bounds.map(cell),
+            material: self.material,
+            crops: self.crop.iter().map(crop).collect(),
+            color,
+        }
+    }
 }
