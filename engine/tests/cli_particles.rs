@@ -133,3 +133,101 @@ fn raw_files_have_a_layout() {
     let done = folder.run(&["info", "a.raw", "--raw-layout", "x,y,z"]);
     assert!(done.code == Some(1) && done.err.contains("a.raw: 20 bytes are no whole number of particles"), "{done:?}");
 }
+
+/// A row of ten particles, of which each is faster than the one before; every second is of kind 2.
+fn row() -> String {
+    let line = |i: usize| format!("{i},0,0,{},{},0.4\n", i as f32 * 0.5, 1 + i % 2);
+    format!("x,y,z,speed,kind,radius\n{}", (0..10).map(line).collect::<String>())
+}
+
+#[test]
+fn attributes_decide_about_colours_and_what_is_shown() {
+    let folder = Folder::new("particles-colours");
+    folder.write("a.csv", row());
+    folder.write("alone.csv", "x,y,z,radius\n4,0,0,0.4\n5,0,0,0.4\n6,0,0,0.4\n");
+    let how =
+        ["--size", "200x40", "--samples", "1", "--eye", "4.5,-20,0", "--at", "4.5,0,0", "--up", "z", "-o", "out.png"];
+    let shown = |options: &[&str]| {
+        let done = folder.run(&[&["render"], options, &how].concat());
+        assert_eq!(done.code, Some(0), "{options:?}: {done:?}");
+        (picture(&folder.0.join("out.png")).2, done.err)
+    };
+    let (usual, said) = shown(&["a.csv"]);
+    assert!(said.contains("a: coloured by speed, from 0 to 4.5 (viridis); choose with --color-by"), "{said}");
+    assert!(usual == shown(&["a.csv", "--color-by", "speed", "--map", "viridis", "--range", "0,4.5"]).0);
+    let plain = shown(&["a.csv", "--color-by", "none"]).0;
+    let others = [
+        plain.clone(),
+        shown(&["a.csv", "--color-by", "speed", "--map", "turbo"]).0,
+        shown(&["a.csv", "--color-by", "speed", "--range", "1,2"]).0,
+        shown(&["a.csv", "--color-by", "kind"]).0,
+        shown(&["a.csv", "--color-by", "kind", "--map", "elements"]).0,
+        shown(&["a.csv", "--legend"]).0,
+    ];
+    for (i, one) in others.iter().enumerate() {
+        assert!(*one != usual && !others[..i].contains(one), "{i}");
+    }
+    // What is cropped is not there, for light neither.
+    let light = ["--light", "30,-40,50", "--color-by", "none"];
+    let alone = shown(&[&["alone.csv"], &light[..]].concat()).0;
+    assert!(alone == shown(&[&["a.csv", "--crop", "speed=2,3"], &light[..]].concat()).0);
+    assert!(alone != shown(&[&["a.csv", "--crop", "speed=2,3.5"], &light[..]].concat()).0);
+    let odd = shown(&[&["a.csv", "--crop", "kind=1,1"], &light[..]].concat()).0;
+    assert!(
+        odd == shown(
+            &[&["a.csv", "--crop", "speed=0,0,1,1,2,2,3,3,4,inf", "--crop", "speed=0,0,1,1,2,2,3,3,4,4"], &light[..]]
+                .concat()
+        )
+        .0
+    );
+    assert!(alone == shown(&[&["a.csv", "--crop", "kind=-inf,inf", "--crop", "speed=2,3"], &light[..]].concat()).0);
+    // Other structures show the same.
+    for accel in ["bvh-fast", "brute"] {
+        assert!(usual == shown(&["a.csv", "--accel", accel]).0, "{accel}");
+        assert!(odd == shown(&[&["a.csv", "--crop", "kind=1,1", "--accel", accel], &light[..]].concat()).0, "{accel}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_colours_and_crops_is_told() {
+    let folder = Folder::new("particles-wrong-colours");
+    folder.write("a.csv", row());
+    for (options, code, message) in [
+        (&["a.csv", "--color-by", "sped"][..], 2, "a have no attribute sped; there are speed, kind"),
+        (&["a.csv", "--crop", "mass=1,2"], 2, "a have no attribute mass"),
+        (&["a.csv", "--crop", "speed=3,2"], 2, "such as speed=0.1,9"),
+        (&["a.csv", "--crop", "speed=3"], 2, "such as speed=0.1,9"),
+        (&["a.csv", "--range", "0,1"], 2, "for --color-by, which is not given"),
+        (&["a.csv", "--color-by", "speed", "--range", "1,1"], 2, "the second greater"),
+        (&["a.csv", "--color-by", "speed", "--map", "virids"], 2, "neither a colour map of this name nor such a file"),
+        (&["a.csv", "--step", "3"], 2, "there is no step 3"),
+        (&["gen:terr20k", "--crop", "speed=1,2", "--legend"], 0, "--crop: there are no particles"),
+        (&["a.csv", "--color-by", "none", "--legend"], 0, "--legend: there are no particles whose colours"),
+    ] {
+        let done =
+            folder.run(&[&["render"], options, &["--size", "16x16", "--samples", "1", "-o", "out.png"]].concat());
+        assert_eq!(done.code, Some(code), "{options:?}: {done:?}");
+        assert!(done.err.contains(message), "{options:?}: {}", done.err);
+    }
+}
+
+#[test]
+fn a_scene_file_shows_particles_as_options_do() {
+    let folder = Folder::new("particles-scene");
+    folder.write("a.csv", row());
+    let scene = "mobula = 1\n[materials]\ngrain = { kind = \"lambertian\", color = { by = \"speed\", map = \"inferno\", range = [0, 4] } }\n\
+                 [[object]]\nparticles = \"a.csv\"\nradius = 0.3\nmaterial = \"grain\"\ncrop = { kind = [1, 1] }\n";
+    folder.write("scene.toml", scene);
+    folder.write("plain.toml", "mobula = 1\n[[object]]\nparticles = \"a.csv\"\n");
+    folder.write("wrong.toml", "mobula = 1\n[[object]]\nparticles = \"a.csv\"\ncrop = { mass = [1, 2] }\n");
+    let how = ["--size", "100x30", "--samples", "1", "-o", "out.png"];
+    let shown = |options: &[&str]| {
+        let done = folder.run(&[&["render"], options, &how].concat());
+        assert_eq!(done.code, Some(0), "{options:?}: {done:?}");
+        picture(&folder.0.join("out.png")).2
+    };
+    assert!(shown(&["plain.toml"]) == shown(&["a.csv"]));
+    assert!(shown(&["scene.toml"]) != shown(&["plain.toml"]));
+    let done = folder.run(&[&["render", "wrong.toml"], &how[..]].concat());
+    assert!(done.code != Some(0) && done.err.contains("a have no attribute mass"), "{done:?}");
+}

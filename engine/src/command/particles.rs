@@ -6,7 +6,7 @@ use mobula::accel::Build;
 use mobula::geometry::Cropping;
 use mobula::load::{Place, load_transfer, printable};
 use mobula::particles::{Particles, TilingError};
-use mobula::scene::{ColorBy, Map, ParticleError, ParticleLook, SceneDescription, Steps, show_particles};
+use mobula::scene::{ColorBy, Map, ParticleError, ParticleLook, ParticleNote, SceneDescription, Steps, show_particles};
 use mobula::volume::{Preset, Statistics};
 use serde_json::{Value, json};
 
@@ -61,7 +61,19 @@ pub(crate) fn add(
             error => printable(&error.to_string()).into_owned(),
         })
     })?;
-    notes.iter().for_each(|note| tell!("mobula: {}", printable(note)));
+    for note in notes {
+        match note {
+            ParticleNote::Guessed { particles, radius } => {
+                let (name, radius) = (printable(&particles), short(f64::from(radius) / place.scale));
+                tell!("mobula: {name}: particles have no radius; {radius} is guessed; choose another with --radius");
+            }
+            ParticleNote::Colored { particles, attribute, range, map } => {
+                let [low, high] = range.map(|end| short(f64::from(end)));
+                let (name, attribute) = (printable(&particles), printable(&attribute));
+                tell!("mobula: {name}: coloured by {attribute}, from {low} to {high} ({map}); choose with --color-by");
+            }
+        }
+    }
     Ok(())
 }
 
@@ -180,19 +192,4 @@ pub(crate) fn lines(particles: &Particles, place: &Place) -> Vec<(String, String
         }
     }
     lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn radii_are_those_of_somebody_of_the_file_or_guessed() {
-        let mut step = ParticleStep { centers: vec![[0.0; 3]; 2], radii: vec![1.0, 2.0], ..ParticleStep::default() };
-        let radii = |step: &ParticleStep, radius| spheres("", step, radius, || 7.0).radii;
-        assert_eq!(radii(&step, None), [1.0, 2.0]);
-        assert_eq!(radii(&step, Some(3.0)), [3.0]);
-        step.radii.clear();
-        assert_eq!(radii(&step, None), [7.0]);
-    }
 }

@@ -47,13 +47,36 @@ pub enum ParticleError {
     Map(String, TransferError),
 }
 
+/// What was chosen where nobody said anything.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParticleNote {
+    /// A radius, in units of the scene.
+    Guessed {
+        /// The particles.
+        particles: String,
+        /// The radius.
+        radius: f32,
+    },
+    /// Colours.
+    Colored {
+        /// The particles.
+        particles: String,
+        /// The attribute that decides.
+        attribute: String,
+        /// The values at the ends of the map.
+        range: [f32; 2],
+        /// The name of the map.
+        map: String,
+    },
+}
+
 fn counted(steps: usize) -> String {
     format!("{steps} step{} of time", if steps == 1 { "" } else { "s" })
 }
 
 /// Makes geometry of the particles of a scene, which are taken out of it. Those of which [`SceneDescription::particle_looks`] says
 /// nothing are shown as `others` says, which is called with 0, 1, ... for one after the other. Behind the last step of some comes their
-/// first again, up to the last step of anything. Returns what people should know, a line each.
+/// first again, up to the last step of anything. Returns what people should know.
 ///
 /// # Errors
 /// If they cannot be shown so.
@@ -62,7 +85,7 @@ pub fn show_particles(
     others: impl Fn(usize) -> ParticleLook,
     steps: Steps,
     build: &Build,
-) -> Result<Vec<String>, ParticleError> {
+) -> Result<Vec<ParticleNote>, ParticleError> {
     if let Some(first) = scene.particles.first().filter(|_| steps.shown >= scene.steps().max(1)) {
         let (particles, count) = (first.name.clone(), first.steps.len());
         return Err(ParticleError::Step { particles, steps: count, step: steps.shown });
@@ -86,7 +109,7 @@ fn geometry(
     look: &ParticleLook,
     steps: Steps,
     build: &Build,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<ParticleNote>,
 ) -> Result<Particles, ParticleError> {
     let name = all.name.clone();
     for Cropping { attribute, .. } in &look.crops {
@@ -95,11 +118,12 @@ fn geometry(
     let coloring = coloring(&all, &look.color)?;
     if let (Some(Coloring { attribute, map }), ColorBy::Auto) = (&coloring, &look.color) {
         let [low, high] = map.range();
-        notes.push(format!("{name}: coloured by {attribute}, from {low} to {high} ({})", map.name));
+        let (attribute, map) = (attribute.clone(), map.name.clone());
+        notes.push(ParticleNote::Colored { particles: name.clone(), attribute, range: [low, high], map });
     }
     let radius = look.radius.unwrap_or_else(|| all.guessed_radius());
     if look.radius.is_none() && all.sample().is_some_and(|step| step.radii.is_empty()) {
-        notes.push(format!("{name}: no particle has a radius; {radius} is guessed"));
+        notes.push(ParticleNote::Guessed { particles: name.clone(), radius });
     }
     let count = all.steps.len().max(1);
     let shown = if steps.all { 0..count } else { steps.shown % count..steps.shown % count + 1 };
