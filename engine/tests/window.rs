@@ -155,6 +155,23 @@ impl Session {
         picture
     }
 
+    /// Has the view written as a scene file by key, in a folder with other files of the kind; it must render to the picture of a
+    /// screenshot. Returns its text.
+    fn save(&self, number: u32, screenshot: u32) -> String {
+        let name = format!("mobula-{number:04}.toml");
+        self.xdotool("key v");
+        wait(&name, || {
+            self.said.lock().unwrap().iter().any(|line| line.starts_with(&format!("mobula: wrote {name}; ")))
+        });
+        let done = self.folder.run(&["render", &name, "-o", "again.png", "--threads", "2"]);
+        let text = fs::read_to_string(self.folder.0.join(&name)).unwrap();
+        assert_eq!(done.code, Some(0), "{text}{done:?}");
+        let read = |name: &str| fs::read(self.folder.0.join(name)).unwrap();
+        let picture = format!("mobula-{screenshot:04}.png");
+        assert!(read(&picture) == read("again.png"), "{picture} is not what this renders to:\n{text}");
+        text
+    }
+
     /// What the window shows: width, height and RGB. None where there is no `xwd` to ask.
     fn pixels(&self) -> Option<(u32, u32, Vec<u8>)> {
         let mut command = Command::new("xwd");
@@ -207,6 +224,7 @@ fn keys_mouse_size_and_screenshots() {
     session.xdotool("mousemove 100 100 mousedown 1 mousemove --sync 160 130 mouseup 1");
     let turned = session.screenshot(2);
     assert!(turned != first, "dragging turned nothing");
+    session.save(1, 2);
     session.xdotool("key s");
     session.wait_title("no shadows");
     let bright = session.screenshot(3);
@@ -230,6 +248,8 @@ fn keys_mouse_size_and_screenshots() {
     session.wait_title("200x150");
     let small = session.screenshot(7);
     assert_eq!((small.0, small.1), (200, 150));
+    let text = session.save(2, 7);
+    assert!(text.starts_with("mobula = 1\n") && text.contains("mesh = \"a pyramid's.obj\""), "{text}");
 
     session.xdotool("key Escape");
     assert_eq!(session.end(), Some(0));
@@ -319,11 +339,45 @@ fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
     session.xdotool("key t");
     session.wait_title(", bone, level");
     session.screenshot(5);
+    session.save(1, 5);
+    session.xdotool("key bracketleft");
+    session.screenshot(6);
+    session.save(2, 6);
 
     // The line that tells of a screenshot says what was changed.
     let line = session.said.lock().unwrap().iter().rev().find(|line| line.contains("mobula-0005.png")).cloned();
     let line = line.expect("screenshots are told");
     assert!(line.contains(" --transfer bone") && line.contains(" --step "), "{line}");
+    session.xdotool("key Escape");
+    assert_eq!(session.end(), Some(0));
+}
+
+#[test]
+fn scene_files_are_shown_and_saved() {
+    let Some((_server, name)) = display() else { return };
+    let scene = "mobula = 1\nsize = [160, 120]\nbackground = \"#102040\"\ntime = { step = 0.5, loop = false }\n\
+                 camera = { eye = [25, 20, 15], at = [4, 4, 4] }\n[materials]\nred = { kind = \"lambertian\", color = [0.8, 0.2, 0.1] }\n\
+                 [[object]]\nmesh = \"../a pyramid's.obj\"\nmaterial = \"red\"\n\
+                 [[object]]\nvolume = \"../time*.nrrd\"\niso = [{ value = 100, material = \"red\" }]\n";
+    let below = format!("mobula-window-scene-{}", std::process::id());
+    let path = std::env::temp_dir().join(format!("mobula-cli-scene-file-{}", std::process::id())).join(&below);
+    fs::create_dir_all(&path).unwrap();
+    fs::write(path.join("scene.toml"), scene).unwrap();
+    let mut session = Session::show(name, "scene-file", &[&format!("{below}/scene.toml")]);
+    session.wait_title("scene | 160x120 |");
+    session.focus();
+    session.screenshot(1);
+    session.save(1, 1);
+    session.xdotool("key Right");
+    session.wait_title(", step 1 of 3");
+    session.xdotool("mousemove 60 60 mousedown 1 mousemove --sync 100 40 mouseup 1");
+    session.screenshot(2);
+    let text = session.save(2, 2);
+    assert!(text.contains("background = \"#102040\"") && text.contains("material = \"red\""), "{text}");
+    // Time ends at the last step.
+    session.xdotool("key space");
+    session.wait_title(", step 2 of 3");
+    wait("rest", || !session.title().contains(" a second"));
     session.xdotool("key Escape");
     assert_eq!(session.end(), Some(0));
 }

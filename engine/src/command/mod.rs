@@ -43,7 +43,7 @@ use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 #[cfg(feature = "window")]
 use mobula::scene::Time;
-use mobula::scene::{Geometries, Steps};
+use mobula::scene::{Geometries, Rendering, Steps};
 use mobula::stack::Scene;
 use mobula_core::simd::AnyToken;
 use serde_json::Value;
@@ -288,13 +288,13 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let state = pipeline.state();
     told_of_what_is_far(&state.stack.scene);
     let mut chosen = *state.chosen();
-    let point = |point: Option<values::Point>| point.map(|point| Vec3::from(place.put(point.0)));
-    chosen.view.eye = point(options.eye).or(said.eye).unwrap_or(chosen.view.eye);
-    chosen.view.at = point(options.at).or(said.at).unwrap_or(chosen.view.at);
     // Where the command line says which axis is up, it is that of the view too.
     let up = said.up.filter(|_| options.up.0.is_none());
-    chosen.view.up = up.unwrap_or(chosen.view.up);
-    chosen.view.fov = options.fov.or(said.fov).unwrap_or(chosen.view.fov);
+    chosen.view = Rendering { up, ..said }.view(chosen.view);
+    let put = |point: values::Point| Vec3::from(place.put(point.0));
+    chosen.view.eye = options.eye.map_or(chosen.view.eye, put);
+    chosen.view.at = options.at.map_or(chosen.view.at, put);
+    chosen.view.fov = options.fov.unwrap_or(chosen.view.fov);
     if chosen.view.eye == chosen.view.at {
         let problem = "the eye is where it looks at, so that it looks nowhere: --eye and --at must be different points";
         return Err(Failure::Usage(problem.to_owned()));

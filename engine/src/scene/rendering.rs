@@ -6,6 +6,7 @@ use crate::camera::CameraKind;
 use crate::image::Size;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
+use crate::view::View;
 
 /// How a scene is to be rendered. What is `None` is left to whoever renders it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,6 +45,16 @@ pub struct Time {
 }
 
 impl Rendering {
+    /// Where to look from, with what is not said as in `usual`.
+    pub fn view(&self, usual: View) -> View {
+        View {
+            eye: self.eye.unwrap_or(usual.eye),
+            at: self.at.unwrap_or(usual.at),
+            up: self.up.unwrap_or(usual.up),
+            fov: self.fov.unwrap_or(usual.fov),
+        }
+    }
+
     /// Takes from `other` what this does not say.
     pub(super) fn merge(&mut self, other: Self) {
         let Self { size, camera, eye, at, up, fov, renderer, sampler, shadows, time } = other;

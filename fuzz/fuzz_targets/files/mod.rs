@@ -40,7 +40,8 @@ pub fn load(file: &Path) -> Result<Loaded, LoadError> {
             let meshes = scene.geometry.iter().filter_map(|geometry| geometry.downcast_ref::<Mesh>());
             let triangles: usize = meshes.map(|mesh| check_mesh(mesh, materials)).sum();
             assert_eq!(triangles as u64, report.census.count("triangles"));
-            assert!(report.census.left_out() <= triangles as u64 + report.census.count("particles"));
+            let most = ["particles", "spheres"].map(|key| report.census.count(key)).iter().sum::<u64>();
+            assert!(report.census.left_out() <= triangles as u64 + most);
             if let Some([low, high]) = report.bounds() {
                 assert!((0..3).all(|k| low[k].is_finite() && high[k].is_finite() && low[k] <= high[k]));
             }

@@ -47,7 +47,10 @@ impl VolumeControls {
             shading: titles.shading.clone(),
             other_transfer: false,
             repeats: titles.time.is_none_or(|time| time.repeat),
-            per_second: titles.time.and_then(|time| time.step).map_or(SPEED, |seconds| 1.0 / seconds),
+            per_second: titles
+                .time
+                .and_then(|time| time.step)
+                .map_or(SPEED, |seconds| (1.0 / seconds).clamp(1e-3, 1e3)),
             due: None,
         }
     }

@@ -16,7 +16,7 @@ use crate::load::{LoadError, Loaded, Options, Report, input};
 use crate::scene::SceneDescription;
 
 /// A larger file is no scene file: what is large belongs in files of its own.
-const LARGEST: u64 = 4 << 20;
+const LARGEST: u64 = 1 << 20;
 /// How a scene file starts.
 const FIRST: &str = "a scene file starts with the line: mobula = 1";
 

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::de::{Deserializer, Error, IgnoredAny, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
 use toml::Spanned;
 
 use super::values::{
@@ -232,7 +232,7 @@ pub(super) struct Volume {
     pub(super) shading: Option<Named<Shading>>,
     pub(super) step_length: Option<StepLength>,
     pub(super) iso: Option<Vec<Iso>>,
-    pub(super) cut: Option<Vec<Spanned<[Number; 4]>>>,
+    pub(super) cut: Option<Vec<Spanned<[Single; 4]>>>,
     pub(super) origin: Option<Point>,
 }
 
@@ -326,6 +326,19 @@ macro_rules! either {
     )+};
 }
 
+/// What a colour gives, and what a table.
+macro_rules! color_or_map {
+    ($type:ident: $color:ident, $map:ident) => {
+        fn visit_i64<E: Error>(self, grey: i64) -> Result<$type, E> {
+            Deserialize::deserialize(grey.into_deserializer()).map($type::$color)
+        }
+        fn visit_f64<E: Error>(self, grey: f64) -> Result<$type, E> {
+            Deserialize::deserialize(grey.into_deserializer()).map($type::$color)
+        }
+        seq_or_map!($type: $color, $map);
+    };
+}
+
 /// What a sequence gives, and what a table.
 macro_rules! seq_or_map {
     ($type:ident: $seq:ident, $map:ident) => {
@@ -345,21 +358,21 @@ either! {
             let wrong = || E::invalid_value(Unexpected::Str(words), &self);
             known.then(|| Background::Words(words.to_owned())).ok_or_else(wrong)
         }
-        seq_or_map!(Background: Plain, Sky);
+        color_or_map!(Background: Plain, Sky);
     }
     Ambient = "a colour, or a table with above and below" {
         fn visit_str<E: Error>(self, words: &str) -> Result<Ambient, E> {
             let color = crate::color::parse(words).map(|color| Ambient::Plain(Radiance(color)));
             color.ok_or_else(|| E::invalid_value(Unexpected::Str(words), &self))
         }
-        seq_or_map!(Ambient: Plain, Hemisphere);
+        color_or_map!(Ambient: Plain, Hemisphere);
     }
     Paint = "a colour, or a table with by, map and range" {
         fn visit_str<E: Error>(self, words: &str) -> Result<Paint, E> {
             let color = crate::color::parse(words).map(|color| Paint::Plain(Color(color)));
             color.ok_or_else(|| E::invalid_value(Unexpected::Str(words), &self))
         }
-        seq_or_map!(Paint: Plain, By);
+        color_or_map!(Paint: Plain, By);
     }
     TransferRows = "points such as [[0, 0, 0, 0, 0], [20, 1, 0.3, 0, 2]], or a table with points, values and lengths" {
         seq_or_map!(TransferRows: Points, Scaled);

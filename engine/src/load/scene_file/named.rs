@@ -15,6 +15,9 @@ use crate::material::{self, Material, MaterialKind, NamedMaterial};
 use crate::scene::Map;
 use crate::volume::{MOST_POINTS, Preset, Scale, TransferFunction, TransferPoint};
 
+/// No scene file has more names of one kind.
+const MOST_NAMES: usize = 4096;
+
 /// Everything that has a name.
 #[derive(Debug, Default)]
 pub(super) struct Definitions {
@@ -168,6 +171,10 @@ fn section<'de>(
             format!("write [{name}], and what is in it below"),
         ));
     };
+    if table.len() > MOST_NAMES {
+        let first = table.keys().map(|key| key.span()).min_by_key(|span| span.start).unwrap_or(span);
+        return Err(text.error(first, format!("more than {MOST_NAMES} {name}"), "leave out what no object names"));
+    }
     let owned = |key: Spanned<std::borrow::Cow<'_, str>>| Spanned::new(key.span(), key.into_inner().into_owned());
     Ok(table.into_iter().map(|(key, value)| (owned(key), value)).collect())
 }

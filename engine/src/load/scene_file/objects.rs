@@ -99,9 +99,9 @@ impl Building<'_> {
     pub(super) fn add_all(&mut self, objects: &[Wanted]) -> Result<(), LoadError> {
         for object in objects {
             match object {
-                Wanted::Mesh(keys::Mesh { mesh: name, .. }) => self.parts.expect(name.get_ref()),
-                Wanted::Volume(keys) if keys.raw.is_none() => self.parts.expect(keys.volume.get_ref()),
-                Wanted::Particles(particles) => self.parts.expect(particles.files.get_ref()),
+                Wanted::Mesh(keys::Mesh { mesh: name, .. }) => self.parts.expect(name)?,
+                Wanted::Volume(keys) => self.parts.expect(&keys.volume)?,
+                Wanted::Particles(particles) => self.parts.expect(&particles.files)?,
                 _ => {}
             }
         }

@@ -15,6 +15,9 @@ use crate::{builtin, generate};
 /// Loads a file that is no scene file itself.
 pub(super) type Load<'a> = &'a dyn Fn(&Path, &Options) -> Result<Loaded, LoadError>;
 
+/// So many objects may name the same files: what each makes of them takes memory.
+const MOST_TIMES: usize = 16;
+
 /// What is loaded, and how.
 pub(super) struct Parts<'a> {
     text: Text<'a>,
@@ -36,13 +39,19 @@ impl<'a> Parts<'a> {
     }
 
     /// An object will ask for these.
-    pub(super) fn expect(&mut self, names: &Files) {
-        self.kept.entry(names.0.clone()).or_default().0 += 1;
+    pub(super) fn expect(&mut self, names: &Spanned<Files>) -> Result<(), LoadError> {
+        let (count, _) = self.kept.entry(names.get_ref().0.clone()).or_default();
+        *count += 1;
+        let remedy = "put what belongs together in one";
+        let wrong =
+            || self.text.error(names.span(), format!("more than {MOST_TIMES} objects name these files"), remedy);
+        (*count <= MOST_TIMES).then_some(()).ok_or_else(wrong)
     }
 
     /// What is in the files that names mean, steps of time of one volume joined.
     pub(super) fn get(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
         if raw.is_some() {
+            // What is in them may differ each time.
             return self.open(names, raw);
         }
         if let Some((left, found)) = self.kept.get_mut(&names.get_ref().0) {

@@ -29,7 +29,11 @@ impl<'a> Text<'a> {
         let parsed = DeTable::parse(self.text).map(Spanned::into_inner);
         parsed.map_err(|error| {
             let problem = format!("this is not TOML: {}", shortened(error.message()));
-            self.error(error.span().unwrap_or_default(), problem, "check quotes, brackets and commas")
+            let remedy = "check quotes, brackets and commas";
+            match error.span() {
+                Some(span) => self.error(span, problem, remedy),
+                None => LoadError::new(self.file, problem, remedy),
+            }
         })
     }
 
