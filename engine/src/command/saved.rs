@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use mobula::light::Point;
-use mobula::load::{FORMATS, Place, SavedScene};
+use mobula::load::{FORMATS, Place, SavedParticles, SavedScene};
 use mobula::scene::SceneDescription;
 
-use super::args::SceneOptions;
+use super::args::{ParticleOptions, SceneOptions};
 use super::values;
 
 /// The scene, after it was decided what its volumes are shown as. None where no scene file can say what it is: one of several files is a
@@ -28,6 +28,9 @@ pub(crate) fn scene(
             SavedScene::of_objects(&scene.objects, raw, place)
         }
     };
+    if !of_file {
+        saved.describe_particles(&particles(&options.particles)?);
+    }
     let transfer = &options.volumes.transfer;
     saved.describe_volumes(&scene.objects, &scene.shown, |number| {
         transfer.get(number).or(transfer.last()).map(ToString::to_string)
@@ -42,6 +45,24 @@ pub(crate) fn scene(
         saved.background(&background.words);
     }
     Some(saved)
+}
+
+/// What the options say of particles. None where a scene file cannot say it: several ranges of one attribute.
+fn particles(options: &ParticleOptions) -> Option<SavedParticles> {
+    let ParticleOptions { radius, tile, periodic_box, color_by, map, range, crop } = options;
+    let only = |crop: &values::Crop| match crop.ranges[..] {
+        [range] if range.iter().all(|end| end.is_finite()) => Some((crop.attribute.clone(), range)),
+        _ => None,
+    };
+    Some(SavedParticles {
+        radius: *radius,
+        tile: tile.map(|values::Tile(times)| times),
+        sides: periodic_box.map(|values::Lengths(sides)| sides),
+        crops: crop.iter().map(only).collect::<Option<_>>()?,
+        color_by: color_by.clone(),
+        map: map.as_ref().map(ToString::to_string),
+        range: range.map(|values::Range(range)| range),
+    })
 }
 
 /// Does only `--raw-dims` say what is in a file?

@@ -52,7 +52,11 @@ fn with_objects(Joined { files, mut loaded }: Joined) -> Loaded {
     if loaded.report.format != load::SCENE_FILE {
         let volumes = scene.volumes.len();
         let names = files.iter().map(|file| file.to_string_lossy().into_owned()).collect();
-        let kind = if volumes > 0 { "volume" } else { "mesh" };
+        let kind = match (volumes, scene.particles.len()) {
+            (0, 0) => "mesh",
+            (0, _) => "particles",
+            _ => "volume",
+        };
         scene.objects.push(Object { kind, names, material: None, volumes });
     }
     loaded

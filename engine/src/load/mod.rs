@@ -48,7 +48,7 @@ pub use format::{FORMATS, Format, SCENE_FILE, load, load_with};
 pub use loaded::{Loaded, Report};
 pub use options::{Options, Raw, RawParticles};
 pub use place::Place;
-pub use scene_file::{BUILT_IN, SavedScene, VolumeChanges};
+pub use scene_file::{BUILT_IN, Changes, SavedParticles, SavedScene};
 pub use text::printable;
 pub use transfer::load_transfer;
 pub use volume::{NoVoxelType, VoxelType};

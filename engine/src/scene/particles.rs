@@ -143,15 +143,20 @@ fn geometry(
         let none = Cloud::new(ParticleStep::default(), radius, build);
         clouds.push(Arc::new(none.map_err(|error| ParticleError::TooMany(name.clone(), error))?));
     }
-    let material = look.material.unwrap_or_else(|| {
-        let specular = Vec3::splat(0.12);
-        scene.add_material("particles", Phong { diffuse: Vec3::splat(0.85), specular, ..Phong::default() })
-    });
+    let material = look.material.unwrap_or_else(|| scene.add_material("particles", grain(GRAIN)));
     let particles = Particles::new(name, clouds, material);
     let at = if steps.all { steps.shown } else { 0 };
     let mut particles = particles.at(at);
     (particles.crops, particles.coloring) = (look.crops.clone(), coloring);
     Ok(particles)
+}
+
+/// The colour of particles where nothing decides about it, linear RGB.
+pub const GRAIN: [f32; 3] = [0.85; 3];
+
+/// What particles of a colour are made of, unless somebody says so.
+pub fn grain(color: [f32; 3]) -> Phong {
+    Phong { diffuse: color.into(), specular: Vec3::splat(0.12), ..Phong::default() }
 }
 
 fn tiled(mut step: ParticleStep, look: &ParticleLook) -> Result<ParticleStep, TilingError> {

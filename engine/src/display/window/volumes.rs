@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::news::Titles;
 use crate::app::{State, Volumes};
-use crate::load::VolumeChanges;
+use crate::load::Changes;
 use crate::medium::Volume;
 use crate::pipeline::Handle;
 use crate::volume::Preset;
@@ -179,12 +179,13 @@ impl VolumeControls {
     }
 
     /// What is not as at first.
-    pub(super) fn changes(&self) -> VolumeChanges {
+    pub(super) fn changes(&self) -> Changes {
         let iso = self.shown.iso.as_ref().map(|(values, _)| values.clone());
-        VolumeChanges {
+        Changes {
             iso: iso.filter(|values| self.first_iso.as_ref() != Some(values)),
             transfer: self.other_transfer.then(|| self.transfer.join(" ")),
             window: self.shown.window.map(|(window, _)| window).filter(|window| self.first_window != Some(*window)),
+            crop: self.cropped().map(|(attribute, range, _)| (attribute.clone(), *range)),
         }
     }
 

@@ -27,4 +27,4 @@ mod write;
 
 pub(super) use assemble::{load, looks_like};
 pub use parts::BUILT_IN;
-pub use write::{SavedScene, VolumeChanges};
+pub use write::{Changes, SavedParticles, SavedScene};

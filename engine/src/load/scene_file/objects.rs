@@ -17,9 +17,8 @@ use crate::generate;
 use crate::geometry::{Geometry, Mesh, Spheres};
 use crate::load::transfer::load_transfer;
 use crate::load::{self, LoadError, Report, input};
-use crate::material::Phong;
 use crate::medium::DEFAULT_STEP;
-use crate::scene::{Object, SceneDescription, Shown, Transfer};
+use crate::scene::{Object, SceneDescription, Shown, Transfer, grain};
 use crate::volume::Preset;
 
 /// No scene file has more objects.
@@ -171,8 +170,7 @@ impl Building<'_> {
             }
             let mut look = asked.look(self.parts.place().scale);
             if let Some(color) = asked.color {
-                let diffuse = color.into();
-                look.material = Some(self.scene.add_material("particles", Phong { diffuse, ..Phong::default() }));
+                look.material = Some(self.scene.add_material("particles", grain(color)));
             }
             self.scene.merge(part.scene);
             self.report.merge(part.report);

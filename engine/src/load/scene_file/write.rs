@@ -9,7 +9,7 @@ use crate::generate;
 use crate::load::place::Place;
 use crate::load::{LoadError, Raw};
 use crate::medium::{DEFAULT_STEP, Fog};
-use crate::scene::{Object, Rendering, Shown};
+use crate::scene::{GRAIN, Object, Rendering, Shown};
 use crate::view::Up;
 use crate::volume::Preset;
 
@@ -20,15 +20,36 @@ pub struct SavedScene {
     place: Place,
 }
 
-/// What somebody changed of how all volumes are shown. What is `None` stays as it is.
+/// What somebody changed of how all volumes and particles are shown. What is `None` stays as it is.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct VolumeChanges {
+pub struct Changes {
     /// The values of iso-surfaces.
     pub iso: Option<Vec<f64>>,
     /// A transfer function by name, lit as goes with it, over the values that it is for.
     pub transfer: Option<String>,
     /// Level and width of the transfer functions.
     pub window: Option<[f64; 2]>,
+    /// An attribute of particles, and from where to where its values are shown.
+    pub crop: Option<(String, [f32; 2])>,
+}
+
+/// What options say of all particles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SavedParticles {
+    /// The radius, in units of the files.
+    pub radius: Option<f32>,
+    /// How often the periodic box is repeated.
+    pub tile: Option<[u32; 3]>,
+    /// The sides of that box, in units of the files.
+    pub sides: Option<[f64; 3]>,
+    /// Attributes, and from where to where their values are shown.
+    pub crops: Vec<(String, [f32; 2])>,
+    /// Which attribute decides about colours; `none`: none does.
+    pub color_by: Option<String>,
+    /// The name of the colour map.
+    pub map: Option<String>,
+    /// The values at its ends.
+    pub range: Option<[f32; 2]>,
 }
 
 impl SavedScene {
@@ -110,6 +131,30 @@ impl SavedScene {
         }
     }
 
+    /// Says what all particles are shown as.
+    pub fn describe_particles(&mut self, said: &SavedParticles) {
+        let SavedParticles { radius, tile, sides, crops, color_by, map, range } = said;
+        for object in objects(&mut self.table).filter(|object| object.contains_key("particles")) {
+            let mut put = |key: &str, value: Option<Value>| object.extend(value.map(|value| (key.to_owned(), value)));
+            put("radius", radius.map(|radius| exact(radius).into()));
+            put("tile", tile.map(|times| Value::Array(times.map(|n| whole(n.into())).into())));
+            put("box", sides.map(|sides| Value::Array(vec![numbers([0.0; 3]), numbers(sides)])));
+            put(
+                "color",
+                color_by.as_ref().map(|by| {
+                    if by == "none" {
+                        return numbers(GRAIN.map(exact));
+                    }
+                    let mut table = Table::from_iter([("by".to_owned(), by.as_str().into())]);
+                    table.extend(map.as_ref().map(|map| ("map".to_owned(), map.as_str().into())));
+                    table.extend(range.map(|range| ("range".to_owned(), numbers(range.map(exact)))));
+                    Value::Table(table)
+                }),
+            );
+            crops.iter().for_each(|(attribute, range)| set_crop(object, attribute, *range));
+        }
+    }
+
     /// Puts the only light at a point of the files.
     pub fn light(&mut self, at: [f64; 3], color: [f32; 3]) {
         let entries = [("kind", "point".into()), ("at", numbers(at)), ("color", numbers(color.map(f64::from)))];
@@ -131,7 +176,7 @@ impl SavedScene {
     }
 
     /// The text of the file, with how it is rendered and what was changed.
-    pub fn text(&self, rendering: &Rendering, axis: Up, changes: &VolumeChanges) -> String {
+    pub fn text(&self, rendering: &Rendering, axis: Up, changes: &Changes) -> String {
         let mut table = self.table.clone();
         table.remove("mobula");
         let Rendering { size, camera, eye, at, up, fov, renderer, sampler, shadows, time } = rendering;
@@ -156,6 +201,10 @@ impl SavedScene {
             }
         }
         objects(&mut table).filter(|object| object.contains_key("volume")).for_each(|object| change(object, changes));
+        if let Some((attribute, range)) = &changes.crop {
+            let particles = objects(&mut table).filter(|object| object.contains_key("particles"));
+            particles.for_each(|object| set_crop(object, attribute, *range));
+        }
         format!("mobula = 1\n{table}")
     }
 }
@@ -178,6 +227,19 @@ fn moved(folder: &Path, name: &str) -> String {
         return name.to_owned();
     }
     folder.join(name).to_string_lossy().into_owned()
+}
+
+/// The shortest number that means the same `f32`.
+fn exact(number: f32) -> f64 {
+    number.to_string().parse().unwrap_or(number.into())
+}
+
+/// Lets an object of particles show only some values of an attribute.
+fn set_crop(object: &mut Table, attribute: &str, range: [f32; 2]) {
+    let crops = object.entry("crop").or_insert_with(|| Value::Table(Table::new()));
+    if let Value::Table(crops) = crops {
+        crops.insert(attribute.to_owned(), numbers(range.map(exact)));
+    }
 }
 
 fn numbers<const N: usize>(numbers: [f64; N]) -> Value {
@@ -225,7 +287,7 @@ fn describe(object: &mut Table, shown: &Shown, transfer: Option<String>, place: 
 }
 
 /// Changes what an object of a volume says.
-fn change(object: &mut Table, changes: &VolumeChanges) {
+fn change(object: &mut Table, changes: &Changes) {
     if let Some(values) = &changes.iso {
         let old = object.get("iso").and_then(Value::as_array).filter(|old| old.len() == values.len());
         let new = values.iter().enumerate().map(|(number, &value)| match old.map(|old| &old[number]) {
