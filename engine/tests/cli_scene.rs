@@ -21,6 +21,10 @@ fn folder(test: &str) -> Folder {
     for step in 0..3 {
         folder.write(&format!("wave_{step}.nrrd"), nrrd(|[x, y, z]| 200 - 20 * (z - 3 * step + x * y / 16).abs()));
     }
+    for step in 0..3 {
+        let row = |i: i32| format!("{},{},{},{}\n", i % 4 * 4, i / 4 % 4 * 4, i / 16 * 4 + step, f64::from(i) * 0.06);
+        folder.write(&format!("flow_{step}.csv"), format!("x,y,z,speed\n{}", (0..64).map(row).collect::<String>()));
+    }
     folder.write("smoke.raw", (0..4096_u32).map(|i| (i % 16 * 9 + i / 256) as u8).collect::<Vec<_>>());
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data");
     for name in ["fzk_house.obj.gz", "fzk_house.mtl"] {
@@ -74,6 +78,7 @@ fn the_examples_of_the_page_are_rendered() {
         ])
     );
     assert_eq!((&found(2)["steps"], &found(2)["volume"]), (&3.into(), &"wave_*".into()));
+    assert_eq!((&found(2)["particles"], &found(2)["objects"][0]["material"]), (&192.into(), &"grain".into()));
     assert_eq!(found(3)["materials"], 1);
     assert_eq!((&found(4)["dimensions"], &found(4)["type"]), (&serde_json::json!([16, 16, 16]), &"u8".into()));
     let done = folder.run(&["info", "example0.toml"]);
@@ -281,9 +286,12 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         ("[transfer.a]\npoints = [[0, 0, 0, 0, 0]]\nvalues = \"absolut\"\n", "a.toml:4:10: write absolute or relative"),
         ("[maps]\na = [[2, 0, 0, 0]]\n", "a.toml:3:5: the place of point 1 is not from 0 to 1"),
         // Particles.
+        ("[[object]]\nparticles = \"pyramid.obj\"\n", "a.toml:3:13: these are no particles; "),
+        ("[[object]]\nmesh = \"flow_0.csv\"\n", "a.toml:3:8: these are particles; write particles = instead"),
+        ("[[object]]\nvolume = \"flow_0.csv\"\n", "a.toml:3:10: these are particles; write particles = instead"),
         (
             "[[object]]\nparticles = \"x\"\nradius = 0.1\ncrop = { speed = [0.1, 9] }\ntile = [2, 2, 1]\nbox = [[0, 0, 0], [1, 1, 1]]\n",
-            "a.toml:3:13: particles in scene files are not shown yet",
+            "a.toml:3:13: there is no file \"x\"",
         ),
         ("[[object]]\nparticles = \"x\"\ncrop = { speed = [9, 0.1] }\n", "a.toml:4:18: 0.1 is not above 9"),
         ("[[object]]\nparticles = \"x\"\ntile = [0, 1, 1]\n", "a.toml:4:9: invalid value: "),

@@ -211,7 +211,7 @@ fn files_that_are_not_there_or_not_obj() {
         stl.ends_with(
             ": this is in STL format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), PLY (.ply), NRRD (.nrrd, \
              .nhdr), NIfTI (.nii), MetaImage (.mha, .mhd), LAMMPS dump (.lammpstrj, .lammpsdump, .dump), XYZ (.xyz, .extxyz), \
-             CSV (.csv, .tsv), each also with .gz, raw voxels (--raw-dims) and raw particles (--raw-layout)"
+             CSV (.csv, .tsv), Mobula scene (.toml), each also with .gz, raw voxels (--raw-dims) and raw particles (--raw-layout)"
         ),
         "{stl}"
     );

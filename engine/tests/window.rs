@@ -337,7 +337,7 @@ fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
     session.xdotool("mousemove 60 60 keydown ctrl mousedown 1 mousemove --sync 100 40 mouseup 1 keyup ctrl");
     wait("another width", || window(&session.title()) != second);
     session.xdotool("key t");
-    session.wait_title(", bone, level");
+    session.wait_title(", inferno, level");
     session.screenshot(5);
     session.save(1, 5);
     session.xdotool("key bracketleft");
@@ -347,7 +347,7 @@ fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
     // The line that tells of a screenshot says what was changed.
     let line = session.said.lock().unwrap().iter().rev().find(|line| line.contains("mobula-0005.png")).cloned();
     let line = line.expect("screenshots are told");
-    assert!(line.contains(" --transfer bone") && line.contains(" --step "), "{line}");
+    assert!(line.contains(" --transfer inferno") && line.contains(" --step "), "{line}");
     session.xdotool("key Escape");
     assert_eq!(session.end(), Some(0));
 }

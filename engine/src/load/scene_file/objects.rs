@@ -131,6 +131,7 @@ impl Building<'_> {
             if !part.scene.volumes.is_empty() {
                 return Err(self.text.error(name.span(), "this is a volume", "write volume = instead of mesh ="));
             }
+            self.no_particles(name, &part.scene)?;
             if let Some(number) = number {
                 // Its own have no use any more.
                 part.scene.materials.clear();
@@ -144,6 +145,11 @@ impl Building<'_> {
         }
         self.note("mesh", &name.get_ref().0, material.as_ref(), 0);
         Ok(())
+    }
+
+    fn no_particles(&self, name: &Spanned<keys::Files>, found: &SceneDescription) -> Result<(), LoadError> {
+        let wrong = || self.text.error(name.span(), "these are particles", "write particles = instead");
+        found.particles.is_empty().then_some(()).ok_or_else(wrong)
     }
 
     fn add_spheres(&mut self, keys: &keys::Spheres) -> Result<(), LoadError> {
@@ -186,6 +192,7 @@ impl Building<'_> {
         let name = &keys.volume;
         let before = self.scene.volumes.len();
         for part in self.parts.get(name, keys.raw.map(raw))? {
+            self.no_particles(name, &part.scene)?;
             if part.scene.volumes.is_empty() || !part.scene.geometry.is_empty() {
                 return Err(self.text.error(name.span(), "this is no volume", "write mesh = instead of volume ="));
             }
