@@ -2,8 +2,8 @@
 //!
 //! Where values are interpolated, it is cut into equal steps, none longer than asked for in units of cells. So steps follow the spacing of
 //! the grid in each direction, and what comes out for a ray depends on that ray alone. Values are interpolated at the ends of steps, and
-//! what is between them is [classified](crate::kernel::classify) as a whole. A step that takes much of the light is gone through again, in
-//! [`FINE`] parts: within it, what is in front hides what is behind.
+//! what is between them is [classified](crate::kernel::classify) as a whole. A step that takes much of the light is gone through again in
+//! [`PARTS`]: within it, what is in front hides what is behind.
 //!
 //! Where the nearest sample counts, nothing changes between the planes halfway between samples: from one such plane to the next the
 //! integral is exact.
@@ -21,10 +21,8 @@ use crate::vector::load3;
 
 /// A ray with less light than this is at its end: it could not become brighter by more than this part of what is behind.
 const DARK: f32 = 1.0 / 1024.0;
-/// A step of a greater optical depth is gone through in parts.
-const DEEP: f32 = 0.25;
-/// Parts of such a step.
-const FINE: usize = 8;
+/// Steps of a greater optical depth are gone through in parts: above which depth in how many.
+const PARTS: [(f32, usize); 2] = [(0.5, 2), (4.0, 8)];
 
 /// The rays of a vector in a box: which are in it, and from where to where.
 pub(super) struct Inside<T: Token> {
@@ -108,7 +106,7 @@ impl<'a, T: Token> Steps<'a, T> {
         let whole = steps.to_i32().to_f32();
         let count = (whole + one.select(whole.lt(steps), zero)).max(one);
         let dt = (self.inside.far - self.inside.near) / count;
-        let (fine, length) = (token.splat(1.0 / FINE as f32), dt * self.space);
+        let length = dt * self.space;
         let most = count.select(self.inside.rays, zero).reduce_max() as usize;
         let mut last = self.look(token, self.inside.near);
         for step in 1..=most {
@@ -117,7 +115,8 @@ impl<'a, T: Token> Steps<'a, T> {
             let mut seen = last.until(token, self.transfer, &look);
             let shown = self.inside.rays & seen[0].gt(zero);
             if shown.any() {
-                let deep = shown & (seen[0] * length).gt(token.splat(DEEP));
+                let depth = seen[0] * length;
+                let deep = shown & depth.gt(token.splat(PARTS[0].0));
                 let flat = shown.and_not(deep);
                 if flat.any() {
                     let middle = dt.mul_add(number - token.splat(0.5), self.inside.near);
@@ -125,14 +124,19 @@ impl<'a, T: Token> Steps<'a, T> {
                     self.pass(token, seen, length, flat);
                 }
                 if deep.any() {
+                    let deeper = deep & depth.gt(token.splat(PARTS[1].0));
+                    let parts = if deeper.any() { PARTS[1].1 } else { PARTS[0].1 };
+                    let share = |parts: usize| token.splat(1.0 / parts as f32);
+                    let share = share(PARTS[1].1).select(deeper, share(PARTS[0].1));
                     let mut front = last;
-                    for part in 1..=FINE {
-                        let end = number - token.splat(1.0 - part as f32 / FINE as f32);
+                    for part in 1..=parts {
+                        let end = share.mul_add(token.splat(part as f32), number - one);
                         let back = self.look(token, dt.mul_add(end, self.inside.near));
                         let mut seen = front.until(token, self.transfer, &back);
-                        let middle = dt.mul_add(end - token.splat(0.5 / FINE as f32), self.inside.near);
+                        let middle = dt.mul_add(share.neg_mul_add(token.splat(0.5), end), self.inside.near);
                         self.shine(token, &mut seen, middle);
-                        self.pass(token, seen, length * fine, deep);
+                        let which = if part > PARTS[0].1 { deeper } else { deep };
+                        self.pass(token, seen, length * share, which);
                         front = back;
                     }
                 }
