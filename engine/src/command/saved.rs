@@ -23,13 +23,13 @@ pub(crate) fn scene(
     let mut saved = match (of_file, &options.scenes[..]) {
         (true, [file]) => SavedScene::of_file(file, place).ok()?,
         (true, _) => return None,
-        (false, _) => {
-            let raw = options.raw.raw().map(|raw| (raw, &is_raw as &dyn Fn(&str) -> bool));
-            SavedScene::of_objects(&scene.objects, raw, place)
-        }
+        (false, _) => SavedScene::of_objects(&scene.objects, place),
     };
     if !of_file {
         saved.describe_particles(&particles(&options.particles)?);
+    }
+    if let (false, Some(raw)) = (of_file, options.raw.raw()) {
+        saved.describe_raw(&raw, is_raw);
     }
     let transfer = &options.volumes.transfer;
     saved.describe_volumes(&scene.objects, &scene.shown, |number| {
