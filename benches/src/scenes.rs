@@ -4,10 +4,12 @@
 //! others are made by arithmetic and are the same bits everywhere.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use mobula::generate;
 use mobula::geometry::{Mesh, Spheres};
 use mobula::load;
+use mobula::particles::ParticleStep;
 use mobula::scene::SceneDescription;
 
 use crate::rays::{cross, sub};
@@ -205,6 +207,21 @@ pub const VIEWS: [View; 13] = [
         known: known(819_064, 1.67012e6, 462_723),
         far: Far::Nothing,
     },
+    // 8.5 million atoms in a cube of 440 angstroms: a periodic box of water, tiled 4 x 4 x 4.
+    View {
+        name: "waterbox",
+        source: "../particles/waterbox.ply.gz",
+        eye: [750.0, 570.0, 1050.0],
+        at: [220.0, 220.0, 220.0],
+        up: Y,
+        tangent: 0.3,
+        light: [220.0, 1300.0, 1100.0],
+        sun: [0.3, 0.8, 0.5],
+        reach: 22.0,
+        offset: 1e-2,
+        known: None,
+        far: Far::Nothing,
+    },
 ];
 
 /// What a scene is made of.
@@ -264,12 +281,29 @@ impl Primitives {
                 spheres.extend((0..some.centers.len()).filter_map(sphere));
             }
         }
+        for step in scene.particles.iter().filter_map(|particles| particles.steps.first()) {
+            spheres.extend(tiled(step).into_iter().flat_map(|step| {
+                let radius = move |i: usize| step.radii.get(i).copied().unwrap_or(1.0);
+                step.centers.clone().into_iter().enumerate().map(move |(i, [x, y, z])| [x, y, z, radius(i)])
+            }));
+        }
         if triangles.indices.is_empty() {
             return Self::Spheres(spheres);
         }
         triangles.positions.push([0.0; 3]);
         Self::Triangles(triangles)
     }
+}
+
+/// A step of particles in a periodic box whose sides are the least that hold all centres, 4 x 4 x 4 times.
+fn tiled(step: &Arc<ParticleStep>) -> Option<ParticleStep> {
+    let ends = |axis: usize| {
+        let along = step.centers.iter().map(|center| center[axis]);
+        along.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    };
+    let side = |axis: usize| ends(axis)[1] - ends(axis)[0];
+    let cell = [[side(0), 0.0, 0.0], [0.0, side(1), 0.0], [0.0, 0.0, side(2)]];
+    ParticleStep { cell: Some(cell), ..ParticleStep::clone(step) }.tiled([4; 3]).ok()
 }
 
 /// Indexed triangles, without anything that a bench does not need.

@@ -8,16 +8,17 @@ use mobula::accel::AccelerationKind;
 use mobula::app::{self, Settings, State};
 use mobula::background::Constant;
 use mobula::camera::{CameraKind, Orthographic, View};
-use mobula::geometry::{Field, Geometries, Geometry, Mesh, Series, Spheres};
+use mobula::geometry::{Cloud, Coloring, Field, Geometries, Geometry, Mesh, Particles, Series, Spheres};
 use mobula::image::Size;
 use mobula::light::{Directional, Hemisphere, Point};
 use mobula::material::{Flat, Lambertian, Phong};
 use mobula::medium::{Fog, Volume};
+use mobula::particles::{Attribute, ParticleStep, Values};
 use mobula::pipeline::Pipeline;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::scene::SceneDescription;
-use mobula::volume::{Grid, GridPlace, Preset};
+use mobula::volume::{ColorMap, Grid, GridPlace, Preset};
 
 const VIEW: View = View { eye: Vec3::new(1.0, 4.0, 6.0), at: Vec3::ZERO, up: Vec3::Y, fov: 45.0 };
 
@@ -29,7 +30,33 @@ fn geometry(height: f32) -> Vec<Arc<dyn Geometry>> {
         Arc::new(Mesh { positions: square(4.0, 0.0), triangles: triangles.clone(), material: 0, ..Mesh::default() }),
         Arc::new(Mesh { positions: square(1.0, height), triangles, material: 1, ..Mesh::default() }),
         Arc::new(Spheres { centers: vec![[-1.5, 0.5, 1.0]], radii: vec![0.5], material: 2, ..Spheres::default() }),
+        Arc::new(particles()),
     ]
+}
+
+/// Rows of particles, hotter from left to right; in the second step there are more of them.
+fn particles() -> Particles {
+    let cloud = |count: usize| {
+        let at = |i: usize| i as f32 / count as f32;
+        let heat = Values::F32((0..count).map(|i| 100.0 * at(i)).collect());
+        let step = ParticleStep {
+            centers: (0..count).map(|i| [4.0 * at(i) - 2.0, 0.3, 2.0]).collect(),
+            attributes: vec![Attribute { name: "heat".to_owned(), values: heat }],
+            ..ParticleStep::default()
+        };
+        Arc::new(Cloud::new(step, 0.12, &AccelerationKind::Bvh.into()).expect("few particles"))
+    };
+    let mut particles = Particles::new("row", vec![cloud(7), cloud(23)], 2);
+    let map = ColorMap::new(&Preset::Viridis.function([0.0, 1.0]), [0.0, 100.0]);
+    particles.coloring = Some(Coloring { attribute: "heat".to_owned(), map: Arc::new(map) });
+    particles
+}
+
+/// The geometry with other particles.
+fn with_particles(particles: Particles) -> Vec<Arc<dyn Geometry>> {
+    let mut all = geometry(1.5);
+    *all.last_mut().expect("there are some") = Arc::new(particles);
+    all
 }
 
 fn description() -> SceneDescription {
@@ -152,7 +179,19 @@ const CHANGES: &[Change] = &[
             state.set_window([120.0, 100.0]);
             state.set_step(1);
         },
-        describe: |scene, _| scene.media = vec![Arc::new(volume().with_window([120.0, 100.0]).at(1))],
+        describe: |scene, _| {
+            scene.media = vec![Arc::new(volume().with_window([120.0, 100.0]).at(1))];
+            scene.geometry = with_particles(particles().at(1));
+        },
+    },
+    Change {
+        name: "what is shown of particles, in a step with more of them, and back",
+        make: |state| {
+            state.set_step(1);
+            state.set_crop("heat", [20.0, 60.0]);
+            state.set_step(0);
+        },
+        describe: |scene, _| scene.geometry = with_particles(particles().cropped("heat", [20.0, 60.0])),
     },
     Change {
         name: "a transfer function",

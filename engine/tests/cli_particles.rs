@@ -110,7 +110,7 @@ fn radii_and_tiles() {
             2,
             "--tile: a does not say how large its periodic box is: give its edges with --box X,Y,Z",
         ),
-        (&["b.csv", "--tile", "99999,99999,99999"], 2, "which are too many"),
+        (&["b.csv", "--tile", "99999,99999,99999"], 2, "particles are too many"),
         (&["b.csv", "--tile", "0,1,1"], 2, "three whole numbers above 0"),
         (&["b.csv", "--box", "1,1,1"], 2, "--tile"),
         (&["b.csv", "--radius", "-1"], 2, "--radius"),
@@ -167,6 +167,10 @@ fn attributes_decide_about_colours_and_what_is_shown() {
     for (i, one) in others.iter().enumerate() {
         assert!(*one != usual && !others[..i].contains(one), "{i}");
     }
+    let small = shown(&["a.csv", "--radius", "0.2", "--color-by", "none"]).0;
+    folder.write("sized.csv", row().replace("kind,radius", "kind,mass"));
+    assert!(small == shown(&["sized.csv", "--radius-by", "mass", "--radius", "0.5", "--color-by", "none"]).0);
+    assert!(plain == shown(&["sized.csv", "--radius-by", "mass", "--color-by", "none"]).0);
     // What is cropped is not there, for light neither.
     let light = ["--light", "30,-40,50", "--color-by", "none"];
     let alone = shown(&[&["alone.csv"], &light[..]].concat()).0;
@@ -193,8 +197,9 @@ fn what_is_wrong_with_colours_and_crops_is_told() {
     let folder = Folder::new("particles-wrong-colours");
     folder.write("a.csv", row());
     for (options, code, message) in [
-        (&["a.csv", "--color-by", "sped"][..], 2, "a have no attribute sped; there are speed, kind"),
-        (&["a.csv", "--crop", "mass=1,2"], 2, "a have no attribute mass"),
+        (&["a.csv", "--color-by", "sped"][..], 2, "a has no attribute sped; there are speed, kind"),
+        (&["a.csv", "--crop", "mass=1,2"], 2, "a has no attribute mass"),
+        (&["a.csv", "--radius-by", "mass"], 2, "a has no attribute mass"),
         (&["a.csv", "--crop", "speed=3,2"], 2, "such as speed=0.1,9"),
         (&["a.csv", "--crop", "speed=3"], 2, "such as speed=0.1,9"),
         (&["a.csv", "--range", "0,1"], 2, "for --color-by, which is not given"),
@@ -229,5 +234,5 @@ fn a_scene_file_shows_particles_as_options_do() {
     assert!(shown(&["plain.toml"]) == shown(&["a.csv"]));
     assert!(shown(&["scene.toml"]) != shown(&["plain.toml"]));
     let done = folder.run(&[&["render", "wrong.toml"], &how[..]].concat());
-    assert!(done.code != Some(0) && done.err.contains("a have no attribute mass"), "{done:?}");
+    assert!(done.code != Some(0) && done.err.contains("a has no attribute mass"), "{done:?}");
 }

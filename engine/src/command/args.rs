@@ -233,6 +233,10 @@ pub(crate) struct ParticleOptions {
     #[arg(long, help_heading = "Particles", value_name = "R", value_parser = distance)]
     pub(crate) radius: Option<f32>,
 
+    /// The attribute whose values are the radii of particles, multiplied by --radius if that is given
+    #[arg(long, help_heading = "Particles", value_name = "ATTRIBUTE")]
+    pub(crate) radius_by: Option<String>,
+
     /// How often particles are repeated along each edge of their periodic box
     #[arg(long, help_heading = "Particles", value_name = "NX,NY,NZ", value_parser = tile)]
     pub(crate) tile: Option<Tile>,
@@ -336,8 +340,9 @@ impl SceneOptions {
         for Plane(numbers) in cut {
             option("cut", joined(numbers.iter().map(f64::to_string).collect()));
         }
-        let ParticleOptions { radius, tile, periodic_box, color_by, map, range, crop } = &self.particles;
+        let ParticleOptions { radius, radius_by, tile, periodic_box, color_by, map, range, crop } = &self.particles;
         option("radius", radius.map(|radius| radius.to_string()));
+        option("radius-by", radius_by.clone());
         option("tile", tile.and_then(|Tile(times)| joined(times.map(|n| n.to_string()).into())));
         option("box", periodic_box.and_then(|Lengths(sides)| joined(sides.map(|x| x.to_string()).into())));
         option("color-by", color_by.clone());

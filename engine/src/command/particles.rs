@@ -41,7 +41,11 @@ pub(crate) fn add(
         crops.push(Cropping { attribute: attribute.clone(), ranges: ranges.clone() });
     }
     let look = ParticleLook {
-        radius: options.radius.map(|radius| (f64::from(radius) * place.scale) as f32),
+        radius: options
+            .radius
+            .or(options.radius_by.as_ref().map(|_| 1.0))
+            .map(|radius| (f64::from(radius) * place.scale) as f32),
+        radius_by: options.radius_by.clone(),
         tile: options.tile.map(|Tile(times)| times),
         cell: options.periodic_box.map(|Lengths(sides)| {
             let [x, y, z] = sides.map(|side| (side * place.scale) as f32);
@@ -79,9 +83,10 @@ pub(crate) fn add(
 
 /// Which options do nothing in a scene, and why.
 pub(crate) fn without_effect(scene: &SceneDescription, options: &ParticleOptions) -> Option<String> {
-    let ParticleOptions { radius, tile, color_by, crop, .. } = options;
+    let ParticleOptions { radius, radius_by, tile, color_by, crop, .. } = options;
     let given = [
         ("--radius", radius.is_some()),
+        ("--radius-by", radius_by.is_some()),
         ("--tile", tile.is_some()),
         ("--color-by", color_by.is_some()),
         ("--crop", !crop.is_empty()),

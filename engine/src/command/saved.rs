@@ -50,13 +50,14 @@ pub(crate) fn scene(
 
 /// What the options say of particles. None where a scene file cannot say it: several ranges of one attribute.
 fn particles(options: &ParticleOptions) -> Option<SavedParticles> {
-    let ParticleOptions { radius, tile, periodic_box, color_by, map, range, crop } = options;
+    let ParticleOptions { radius, radius_by, tile, periodic_box, color_by, map, range, crop } = options;
     let only = |crop: &values::Crop| match crop.ranges[..] {
         [range] if range.iter().all(|end| end.is_finite()) => Some((crop.attribute.clone(), range)),
         _ => None,
     };
     Some(SavedParticles {
         radius: *radius,
+        radius_by: radius_by.clone(),
         tile: tile.map(|values::Tile(times)| times),
         sides: periodic_box.map(|values::Lengths(sides)| sides),
         crops: crop.iter().map(only).collect::<Option<_>>()?,

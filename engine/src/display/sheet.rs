@@ -67,7 +67,7 @@ impl Sheet {
 
     /// Covers row `y` of a picture of pixels 0x00RRGGBB, in its corner, as large as is easy to read.
     pub fn cover(&self, [width, height]: [usize; 2], y: usize, row: &mut [u32]) {
-        let scale = (width / (2 * self.width)).min(height / (2 * self.height())).clamp(1, 4);
+        let scale = (height / 600).min(width / self.width).clamp(1, 4);
         let above = if self.below { height.saturating_sub(self.height() * scale) } else { 0 };
         let Some(y) = y.checked_sub(above) else { return };
         let Some(written) = self.pixels.chunks_exact(self.width).nth(y / scale) else { return };
@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(count(0x0064_3200), 100 * 60 - 72 * 42, "the rest of the picture");
         // On a large picture it is larger; on a small one, some of it is missing.
         let mut row = vec![0x00ff_ffff; 400];
-        sheet.cover([400, 300], 0, &mut row);
+        sheet.cover([400, 1200], 0, &mut row);
         assert_eq!(row.iter().filter(|pixel| **pixel != 0x00ff_ffff).count(), 2 * 72);
         sheet.cover([20, 10], 9, &mut [0; 20]);
         Sheet::of_text("").cover([20, 10], 9, &mut [0; 20]);

@@ -8,8 +8,10 @@ use crate::volume::{Preset, TransferFunction};
 /// What particles are shown as.
 #[derive(Clone, Debug, Default)]
 pub struct ParticleLook {
-    /// The radius of all; `None`: their own, or a guess.
+    /// The radius of all; `None`: their own, or a guess. With `radius_by`: what the values are multiplied by; `None`: 1.
     pub radius: Option<f32>,
+    /// The attribute whose values are the radii.
+    pub radius_by: Option<String>,
     /// How often they are repeated along each edge of their periodic box.
     pub tile: Option<[u32; 3]>,
     /// The edges of that box; `None`: as their file says.

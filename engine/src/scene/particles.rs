@@ -10,14 +10,14 @@ use super::volumes::Steps;
 use crate::accel::Build;
 use crate::geometry::{Cloud, Coloring, Cropping, Particles, TooManyParticles};
 use crate::material::Phong;
-use crate::particles::{self, ParticleStep, TilingError, Values, element_colors};
+use crate::particles::{self, Attribute, ParticleStep, TilingError, Values, element_colors};
 use crate::volume::{ColorMap, Preset, TransferError, TransferFunction};
 
 /// Why particles cannot be shown as somebody asked for.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParticleError {
     /// They have no such attribute.
-    #[error("{particles} have no attribute {name}; there are {known}")]
+    #[error("{particles} has no attribute {name}; there are {known}")]
     NoAttribute {
         /// The particles.
         particles: String,
@@ -27,7 +27,7 @@ pub enum ParticleError {
         known: String,
     },
     /// There is no such step of time.
-    #[error("{particles} have {}, from 0; there is no step {step}", counted(*steps))]
+    #[error("{particles} has {}, from 0; there is no step {step}", counted(*steps))]
     Step {
         /// The particles.
         particles: String,
@@ -115,6 +115,9 @@ fn geometry(
     for Cropping { attribute, .. } in &look.crops {
         known(&all, attribute)?;
     }
+    if let Some(attribute) = &look.radius_by {
+        known(&all, attribute)?;
+    }
     let coloring = coloring(&all, &look.color)?;
     if let (Some(Coloring { attribute, map }), ColorBy::Auto) = (&coloring, &look.color) {
         let [low, high] = map.range();
@@ -122,7 +125,7 @@ fn geometry(
         notes.push(ParticleNote::Colored { particles: name.clone(), attribute, range: [low, high], map });
     }
     let radius = look.radius.unwrap_or_else(|| all.guessed_radius());
-    if look.radius.is_none() && all.sample().is_some_and(|step| step.radii.is_empty()) {
+    if look.radius.is_none() && look.radius_by.is_none() && all.sample().is_some_and(|step| step.radii.is_empty()) {
         notes.push(ParticleNote::Guessed { particles: name.clone(), radius });
     }
     let count = all.steps.len().max(1);
@@ -131,7 +134,11 @@ fn geometry(
     for (at, step) in all.steps.into_iter().enumerate() {
         if shown.contains(&at) {
             let mut step = Arc::unwrap_or_clone(step);
-            if look.radius.is_some() {
+            if let Some(attribute) = &look.radius_by {
+                let factor = look.radius.unwrap_or(1.0);
+                let radius = |attribute: &Attribute| attribute.values.to_f32().iter().map(|x| x * factor).collect();
+                step.radii = step.attribute(attribute).map(radius).unwrap_or_default();
+            } else if look.radius.is_some() {
                 step.radii.clear();
             }
             let step = tiled(step, look).map_err(|error| ParticleError::Tiling(name.clone(), error))?;

@@ -213,6 +213,7 @@ pub(super) struct Spheres {
 pub(super) struct Particles {
     pub(super) particles: Spanned<Files>,
     pub(super) radius: Option<Positive>,
+    pub(super) radius_by: Option<String>,
     pub(super) material: Option<Spanned<String>>,
     #[serde(default)]
     pub(super) crop: BTreeMap<String, Spanned<[Number; 2]>>,

@@ -17,6 +17,8 @@ pub(super) struct Particles {
     pub(super) files: Spanned<keys::Files>,
     /// The radius of those that have none of their own, in units of the files.
     pub(super) radius: Option<f64>,
+    /// The attribute whose values are the radii, multiplied by `radius`.
+    pub(super) radius_by: Option<String>,
     /// The number of the material.
     pub(super) material: Option<u32>,
     /// Attributes, and the values between which particles are shown.
@@ -40,7 +42,11 @@ pub(super) fn read(text: &Text<'_>, keys: keys::Particles, named: &Definitions) 
         Some(keys::Paint::Plain(color)) => (None, Some(color.0.to_array())),
         None => (of_material, None),
     };
-    let crop = keys.crop.into_iter().map(|(name, range)| Ok((name, ascending(text, &range)?)));
+    let crop = keys.crop.into_iter().map(|(name, range)| {
+        let [low, high] = range.get_ref().map(|x| x.0);
+        // A single value is a range.
+        Ok((name, if low == high { [low, high] } else { ascending(text, &range)? }))
+    });
     let bounds = keys.bounds.map(|bounds| {
         let [low, high] = bounds.get_ref().map(point);
         let wrong = || text.error(bounds.span(), "this box is empty", "write its least corner first");
@@ -49,6 +55,7 @@ pub(super) fn read(text: &Text<'_>, keys: keys::Particles, named: &Definitions) 
     Ok(Particles {
         files: keys.particles,
         radius: keys.radius.map(|radius| radius.0),
+        radius_by: keys.radius_by,
         material,
         crop: crop.collect::<Result<_, LoadError>>()?,
         coloring,
@@ -79,7 +86,8 @@ impl Particles {
             [[side(0), 0.0, 0.0], [0.0, side(1), 0.0], [0.0, 0.0, side(2)]]
         };
         ParticleLook {
-            radius: self.radius.map(|radius| (radius * scale) as f32),
+            radius: self.radius.or(self.radius_by.as_ref().map(|_| 1.0)).map(|radius| (radius * scale) as f32),
+            radius_by: self.radius_by.clone(),
             tile: (self.tile != [1; 3]).then(|| self.tile.map(|times| times.min(u32::MAX as usize) as u32)),
             cell: self.bounds.map(cell),
             material: self.material,

@@ -38,6 +38,8 @@ pub struct Changes {
 pub struct SavedParticles {
     /// The radius, in units of the files.
     pub radius: Option<f32>,
+    /// The attribute whose values are the radii, multiplied by `radius`.
+    pub radius_by: Option<String>,
     /// How often the periodic box is repeated.
     pub tile: Option<[u32; 3]>,
     /// The sides of that box, in units of the files.
@@ -140,10 +142,11 @@ impl SavedScene {
 
     /// Says what all particles are shown as.
     pub fn describe_particles(&mut self, said: &SavedParticles) {
-        let SavedParticles { radius, tile, sides, crops, color_by, map, range } = said;
+        let SavedParticles { radius, radius_by, tile, sides, crops, color_by, map, range } = said;
         for object in objects(&mut self.table).filter(|object| object.contains_key("particles")) {
             let mut put = |key: &str, value: Option<Value>| object.extend(value.map(|value| (key.to_owned(), value)));
             put("radius", radius.map(|radius| exact(radius).into()));
+            put("radius_by", radius_by.as_ref().map(|by| by.as_str().into()));
             put("tile", tile.map(|times| Value::Array(times.map(|n| whole(n.into())).into())));
             put("box", sides.map(|sides| Value::Array(vec![numbers([0.0; 3]), numbers(sides)])));
             put(
