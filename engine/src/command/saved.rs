@@ -10,26 +10,27 @@ use super::args::{ParticleOptions, SceneOptions};
 use super::values;
 
 /// The scene, after it was decided what its volumes are shown as. None where no scene file can say what it is: one of several files is a
-/// scene file, or something comes from standard input.
+/// scene file, something comes from standard input, or there are raw particles.
 pub(crate) fn scene(
     options: &SceneOptions,
     scene: &SceneDescription,
     of_file: bool,
     place: Place,
 ) -> Option<SavedScene> {
-    if options.scenes.iter().any(|name| name == Path::new("-")) {
+    // A scene file cannot say what is in raw particles.
+    if options.scenes.iter().any(|name| name == Path::new("-")) || options.raw.particles().is_some() {
         return None;
     }
     let mut saved = match (of_file, &options.scenes[..]) {
         (true, [file]) => SavedScene::of_file(file, place).ok()?,
         (true, _) => return None,
-        (false, _) => {
-            let raw = options.raw.raw().map(|raw| (raw, &is_raw as &dyn Fn(&str) -> bool));
-            SavedScene::of_objects(&scene.objects, raw, place)
-        }
+        (false, _) => SavedScene::of_objects(&scene.objects, place),
     };
     if !of_file {
         saved.describe_particles(&particles(&options.particles)?);
+    }
+    if let (false, Some(raw)) = (of_file, options.raw.raw()) {
+        saved.describe_raw(&raw, is_raw);
     }
     let transfer = &options.volumes.transfer;
     saved.describe_volumes(&scene.objects, &scene.shown, |number| {

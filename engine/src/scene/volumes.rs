@@ -250,9 +250,11 @@ mod tests {
         let voxels: Vec<u8> = (0..8).collect();
         let grid = Grid::new([2; 3], voxels.into(), GridPlace::with_spacing([1.0; 3]), [1.0, 0.0]).unwrap();
         let volume = |name: &str| Volume { name: name.to_owned(), steps: vec![Arc::new(grid.clone())] };
-        let mut scene = SceneDescription::default();
-        scene.volumes = ["a", "b", "c"].map(volume).into();
-        scene.shown = vec![None, Some(Shown { iso: vec![2.0, 90.0], ..Shown::default() })];
+        let mut scene = SceneDescription {
+            volumes: ["a", "b", "c"].map(volume).into(),
+            shown: vec![None, Some(Shown { iso: vec![2.0, 90.0], ..Shown::default() })],
+            ..SceneDescription::default()
+        };
         let others = |number: usize| Shown { iso: vec![number as f64 + 3.5], ..Shown::default() };
         let notes = show(&mut scene, others, Steps::default()).unwrap();
         let surfaces = scene.geometry.iter().map(|one| one.downcast_ref::<IsoSurfaces>().unwrap());

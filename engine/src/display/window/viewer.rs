@@ -228,7 +228,7 @@ impl Viewer {
     fn save(&self) {
         let Some(saved) = &self.titles.saved else {
             tell(format_args!(
-                "mobula: warning: no scene file can say what is shown: it comes from standard input, or from a scene file and others"
+                "mobula: warning: no scene file can say what is shown: it comes from standard input, from a scene file and others, or from raw particles"
             ));
             return;
         };

@@ -156,12 +156,11 @@ impl Definitions {
     }
 }
 
+/// A name, and what is behind it.
+type Entry<'de> = (Spanned<String>, Spanned<DeValue<'de>>);
+
 /// The entries of a table of the file, by name; none if it is not there.
-fn section<'de>(
-    text: &Text<'_>,
-    file: &mut DeTable<'de>,
-    name: &str,
-) -> Result<Vec<(Spanned<String>, Spanned<DeValue<'de>>)>, LoadError> {
+fn section<'de>(text: &Text<'_>, file: &mut DeTable<'de>, name: &str) -> Result<Vec<Entry<'de>>, LoadError> {
     let Some(value) = file.remove(name) else { return Ok(Vec::new()) };
     let span = value.span();
     let DeValue::Table(table) = value.into_inner() else {

@@ -89,25 +89,32 @@ impl SavedScene {
         Ok(Self { table, place })
     }
 
-    /// Objects for files that are shown together; `raw` says what is in those of nothing but voxels.
-    pub fn of_objects(objects: &[Object], raw: Option<(Raw, &dyn Fn(&str) -> bool)>, place: Place) -> Self {
+    /// Objects for files that are shown together.
+    pub fn of_objects(objects: &[Object], place: Place) -> Self {
         let object = |object: &Object| {
-            let mut table = Table::new();
             let names: Vec<Value> = object.names.iter().map(|name| name.as_str().into()).collect();
             let files = match &names[..] {
                 [one] => one.clone(),
                 _ => Value::Array(names),
             };
-            if let Some((raw, is_raw)) = raw
-                && object.names.iter().any(|name| is_raw(name))
-            {
-                table.insert("raw".into(), raw_table(&raw).into());
-            }
-            table.insert(object.kind.into(), files);
-            Value::Table(table)
+            Value::Table(Table::from_iter([(object.kind.to_owned(), files)]))
         };
-        let list: Vec<Value> = objects.iter().map(object).collect();
-        Self { table: [("object".to_owned(), Value::Array(list))].into_iter().collect(), place }
+        let list = Value::Array(objects.iter().map(object).collect());
+        Self { table: Table::from_iter([("object".to_owned(), list)]), place }
+    }
+
+    /// Says what is in files of nothing but voxels, which `is_raw` tells by their names.
+    pub fn describe_raw(&mut self, raw: &Raw, is_raw: impl Fn(&str) -> bool) {
+        for object in objects(&mut self.table) {
+            let found = match object.get("volume") {
+                Some(Value::String(name)) => is_raw(name),
+                Some(Value::Array(names)) => names.iter().filter_map(Value::as_str).any(&is_raw),
+                _ => false,
+            };
+            if found {
+                object.insert("raw".into(), raw_table(raw).into());
+            }
+        }
     }
 
     /// Says what volumes are shown as where nothing is said yet. `transfer` names the transfer function of the first of these, the
