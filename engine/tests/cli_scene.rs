@@ -343,3 +343,21 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
     folder.write("empty.toml", "mobula = 1\n");
     assert_eq!(json(&folder, &["info", "empty.toml"])["triangles"], 0);
 }
+
+/// Particles, a mesh and a volume move together.
+#[test]
+fn the_scene_of_the_readme_has_six_steps() {
+    let folder = Folder::new("scene-vortex");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/vortex.toml");
+    let shown = |step: &str| {
+        let done = folder.run(&["render", scene, "--size", "80x60", "--samples", "1", "--step", step, "-o", "out.png"]);
+        assert_eq!(done.code, Some(0), "{done:?}");
+        support::picture(&folder.0.join("out.png")).2
+    };
+    let pictures = ["0", "1", "2", "3", "4", "5"].map(shown);
+    for (i, one) in pictures.iter().enumerate() {
+        assert!(!pictures[..i].contains(one), "step {i}");
+    }
+    let done = folder.run(&["render", scene, "--step", "6"]);
+    assert!(done.code == Some(2) && done.err.contains("there is no step 6"), "{done:?}");
+}
