@@ -117,7 +117,7 @@ impl<L: Blocks> Leaf for L {
         let mut changed = 0;
         for (block, number) in blocks.iter().zip(leaf) {
             let shown = self.shown(number);
-            if shown & (1 << BLOCK) - 1 == 0 {
+            if shown & ((1 << BLOCK) - 1) == 0 {
                 continue;
             }
             let prepared = block.prepare::<N, COMMON_ORIGIN>(rays);
@@ -168,7 +168,7 @@ impl<L: Blocks> Leaf for L {
         let Some(blocks) = self.blocks().get(leaf.clone()) else { return };
         for (block, number) in blocks.iter().zip(leaf) {
             let shown = self.shown(number);
-            if shown & (1 << BLOCK) - 1 == 0 {
+            if shown & ((1 << BLOCK) - 1) == 0 {
                 continue;
             }
             let prepared = block.prepare::<W, false>(rays);
@@ -207,13 +207,13 @@ impl<L: Blocks> Leaf for L {
         let Some(blocks) = self.blocks().get(leaf.clone()) else { return };
         for (block, number) in blocks.iter().zip(leaf) {
             let shown = self.shown(number);
-            if shown & (1 << BLOCK) - 1 == 0 {
+            if shown & ((1 << BLOCK) - 1) == 0 {
                 continue;
             }
             let mut first = 0;
             while first < BLOCK {
                 let (hits, t) = block.test_single(token, ray, first);
-                let mut hits = hits.bits() & shown >> first;
+                let mut hits = hits.bits() & (shown >> first);
                 if hits != 0 {
                     let mut distance = [0.0; 16];
                     t.store(&mut distance, 0);
