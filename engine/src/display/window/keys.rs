@@ -12,7 +12,7 @@ pub const HELP: &str = "  \
   r                       next renderer
   + -                     more, fewer threads
   . ,                     iso-surfaces at greater, less values
-  ] [                     level of the transfer function up, down; without one, of the values of particles that are shown
+  ] [                     level of the transfer function, or of particles shown
   } {                     wider, narrower
   ctrl+left drag          level and width; or iso values
   t                       next transfer function
