@@ -3,7 +3,6 @@
 use glam::Vec3;
 use mobula_core::bvh::Quality;
 use mobula_core::cloud;
-use mobula_core::kernel::sphere::RADII;
 
 use super::census::{Census, Item};
 use crate::accel::{AccelerationKind, Build, Pool};
@@ -101,13 +100,12 @@ impl Cloud {
         /// So many show where most are.
         const MANY: usize = 10_000;
         let each = (self.spheres.places() / MANY).max(1);
-        let some = (0..self.spheres.places()).step_by(each).filter_map(|place| self.sphere(place));
-        some.filter(|(_, radius)| RADII.contains(radius)).for_each(|(center, radius)| {
+        for (center, radius) in (0..self.spheres.places()).step_by(each).filter_map(|place| self.sphere(place)) {
             for axis in Vec3::AXES {
                 visit(center + axis * radius);
                 visit(center - axis * radius);
             }
-        });
+        }
         let (low, high) = self.census.bounds;
         if low.cmple(high).all() {
             visit(low);
