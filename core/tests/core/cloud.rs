@@ -48,8 +48,11 @@ fn rays(seed: u32, common: bool) -> Box<RayPacket<N>> {
     packet
 }
 
+/// Whether a sphere of a speed and a kind is shown.
+type Shows = fn(f32, u8) -> bool;
+
 /// The crops of the tests, and what they show.
-fn crops() -> Vec<(Vec<Crop>, fn(f32, u8) -> bool)> {
+fn crops() -> Vec<(Vec<Crop>, Shows)> {
     let speed = |ranges: &[[f32; 2]]| Crop { attribute: 0, ranges: ranges.to_vec() };
     let kind = |ranges: &[[f32; 2]]| Crop { attribute: 1, ranges: ranges.to_vec() };
     vec![
