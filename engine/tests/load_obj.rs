@@ -1,59 +1,36 @@
 //! OBJ files, good and broken: what is loaded, and what is said about the rest.
 
+#[path = "support/files.rs"]
+mod files;
 #[path = "load_obj/odd.rs"]
 mod odd;
+#[path = "load_obj/packed.rs"]
+mod packed;
 
 use std::fs;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use mobula::geometry::{Mesh, NO_INDEX};
 use mobula::load::{LoadError, Loaded, load};
 use mobula::material::{Lambertian, Phong};
 
-/// A folder of its own for each test, removed at its end.
-struct Folder(PathBuf);
+use files::{Folder, gzip};
 
 impl Folder {
-    fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("mobula-load-{test}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.join(name);
-        fs::write(&path, bytes).unwrap();
-        path
-    }
-
-    fn load(&self, bytes: impl AsRef<[u8]>) -> Result<Loaded, LoadError> {
-        load(&self.write("test.obj", bytes))
+    fn obj(&self, bytes: impl AsRef<[u8]>) -> Result<Loaded, LoadError> {
+        self.load("test.obj", bytes)
     }
 
     /// The error of a broken file, without its path.
-    fn complaint(&self, bytes: impl AsRef<[u8]>) -> String {
-        let text = self.load(bytes).expect_err("loaded").to_string();
-        assert!(!text.contains('\n'), "more than a line: {text}");
-        text.strip_prefix(&self.0.join("test.obj").display().to_string()).expect("no path").to_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
+    fn refusal(&self, bytes: impl AsRef<[u8]>) -> String {
+        self.complaint("test.obj", bytes).strip_prefix("test.obj").expect("no path").to_owned()
     }
 }
 
 fn mesh(loaded: &Loaded) -> &Mesh {
     let [geometry] = &loaded.scene.geometry[..] else { panic!("{:?}", loaded.scene.geometry) };
     geometry.downcast_ref().expect("a mesh")
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
-    packer.write_all(bytes).unwrap();
-    packer.finish().unwrap()
 }
 
 const TWO_PARTS: &str = "\
@@ -93,7 +70,7 @@ const MATERIALS: &str = "newmtl red\nKd 1 0 0\n\nnewmtl glass\nKd .1 .1 .1\nKs 1
 fn groups_materials_normals_and_polygons() {
     let folder = Folder::new("good");
     folder.write("test.mtl", MATERIALS);
-    let loaded = folder.load(TWO_PARTS).unwrap();
+    let loaded = folder.obj(TWO_PARTS).unwrap();
     let mesh = mesh(&loaded);
     assert_eq!(mesh.triangles.len(), 5);
     assert_eq!(mesh.materials, [0, 0, 1, 1, 0]);
@@ -122,20 +99,9 @@ fn groups_materials_normals_and_polygons() {
 }
 
 #[test]
-fn gzip_is_known_by_content() {
-    let folder = Folder::new("gzip");
-    let packed = gzip(TWO_PARTS.as_bytes());
-    for name in ["a.obj.gz", "a.obj", "a.gz", "a"] {
-        let loaded = load(&folder.write(name, &packed)).unwrap();
-        assert_eq!(loaded.report.census.count("triangles"), 5);
-        assert_eq!(loaded.report.format, "OBJ, gzip");
-    }
-}
-
-#[test]
 fn a_missing_mtl_is_a_warning() {
     let folder = Folder::new("missing-mtl");
-    let loaded = folder.load(TWO_PARTS).unwrap();
+    let loaded = folder.obj(TWO_PARTS).unwrap();
     assert_eq!(loaded.report.warnings.len(), 2, "{:?}", loaded.report.warnings);
     assert!(loaded.report.warnings[0].contains("'test.mtl' is not there"));
 }
@@ -151,15 +117,15 @@ fn what_an_mtl_says_that_means_nothing_is_left_out_and_named() {
         ("newmtl a\nd -nan(ind)\n", ":2: d '-nan(ind)' is not a finite number; the line is left out"),
     ] {
         let mtl = folder.write("test.mtl", text);
-        let warnings = folder.load(TWO_PARTS).unwrap().report.warnings;
+        let warnings = folder.obj(TWO_PARTS).unwrap().report.warnings;
         assert!(warnings.contains(&format!("{}{expected}", mtl.display())), "{warnings:?}");
     }
     let mtl = folder.write("test.mtl", "newmtl a\n\0\0x\0\0");
-    let warnings = folder.load(TWO_PARTS).unwrap().report.warnings;
+    let warnings = folder.obj(TWO_PARTS).unwrap().report.warnings;
     assert!(warnings[0].starts_with(&format!("{}:2: binary data in a text file; ", mtl.display())), "{warnings:?}");
     // One number means grey; unknown statements, texture maps and spectral colours are left out.
     folder.write("test.mtl", "newmtl red\nKd 0.5\nKs spectral a.rfl\nmap_Kd\nbump\nillum 900\nTf 1 1 1\nKE 0 0 0");
-    let loaded = folder.load(TWO_PARTS).unwrap();
+    let loaded = folder.obj(TWO_PARTS).unwrap();
     let grey = loaded.scene.materials[0].material.downcast_ref::<Lambertian>();
     assert_eq!(grey.map(|material| material.diffuse.y), Some(0.5));
 }
@@ -192,10 +158,10 @@ fn broken_lines_are_named() {
         ("T+p 1\n", ":4: no face in 4 lines (3 vertices); "),
     ] {
         let text = text.replace("T+", triangle);
-        let complaint = folder.complaint(&text);
+        let complaint = folder.refusal(&text);
         assert!(complaint.starts_with(expected), "{text:?}: {complaint}");
         // Packed, the line is the same.
-        let packed = folder.complaint(gzip(text.as_bytes()));
+        let packed = folder.refusal(gzip(text.as_bytes()));
         assert_eq!(packed, complaint);
     }
 }
@@ -221,43 +187,10 @@ fn files_that_are_not_there_or_not_obj() {
 }
 
 #[test]
-fn truncated_and_damaged_gzip() {
-    let folder = Folder::new("truncated");
-    let mut text = String::new();
-    for i in 0..2000 {
-        text.push_str(&format!("v {} {} {}\n", i, i * 7 % 13, i * 31 % 101));
-    }
-    let packed = gzip(text.as_bytes());
-    for length in [11, packed.len() / 2, packed.len() - 4] {
-        let complaint = folder.complaint(&packed[..length]);
-        assert!(complaint.contains(": the gzip data ends too early; "), "{complaint}");
-    }
-    let mut damaged = packed.clone();
-    let middle = damaged.len() / 2;
-    damaged[middle..].fill(0xff);
-    let complaint = folder.complaint(&damaged);
-    assert!(complaint.contains("gzip") || complaint.contains("vertex"), "{complaint}");
-}
-
-#[test]
-fn a_gzip_bomb_is_refused() {
-    let folder = Folder::new("bomb");
-    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    let block = b"v 0 0 0\n".repeat(1 << 15);
-    for _ in 0..200 {
-        packer.write_all(&block).unwrap();
-    }
-    let bomb = packer.finish().unwrap();
-    assert!(bomb.len() < 1 << 20);
-    let complaint = folder.complaint(&bomb);
-    assert!(complaint.contains("out of proportion to its size"), "{complaint}");
-}
-
-#[test]
 fn vertices_that_are_not_finite_are_counted() {
     let folder = Folder::new("nan");
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nv 1e999 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 3 5\nf 1 1 2\n";
-    let loaded = folder.load(text).unwrap();
+    let loaded = folder.obj(text).unwrap();
     let report = &loaded.report;
     let keys = ["triangles", "non_finite_triangles", "degenerate_triangles"];
     assert_eq!(keys.map(|key| report.census.count(key)), [5, 2, 1]);
@@ -269,11 +202,11 @@ fn vertices_that_are_not_finite_are_counted() {
 fn odd_but_legal_lines() {
     let folder = Folder::new("odd");
     let text = b"\xef\xbb\xbf# BOM\r\ng caf\xe9\r\n\tv 0 0 0\r\nv 1 0 0\r\nv 0 1 \\\r\n0\r\nf  1   2\t3 # triangle\r\ns off\r\n";
-    let loaded = folder.load(text).unwrap();
+    let loaded = folder.obj(text).unwrap();
     assert_eq!(mesh(&loaded).triangles, [[0, 1, 2]]);
     assert_eq!(loaded.report.warnings, [] as [String; 0], "{:?}", loaded.report.warnings);
     // Faces before their vertices are legal.
-    let loaded = folder.load("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap();
+    let loaded = folder.obj("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap();
     assert_eq!(loaded.report.census.count("triangles"), 1);
 }
 
@@ -282,7 +215,7 @@ fn repeated_libraries_are_loaded_once() {
     let folder = Folder::new("repeated");
     folder.write("test.mtl", MATERIALS);
     let text = TWO_PARTS.replace("mtllib test.mtl\n", &"mtllib test.mtl\n".repeat(10_000));
-    assert_eq!(folder.load(text).unwrap().scene.materials.len(), 2);
+    assert_eq!(folder.obj(text).unwrap().scene.materials.len(), 2);
 }
 
 #[test]
@@ -292,7 +225,7 @@ fn one_file_named_often_is_loaded_once() {
     folder.write("m.mtl", materials);
     let names = ["m.mtl", "./m.mtl", "M.MTL", "\"m.mtl\"", "C:\\models\\m.mtl"];
     let text = format!("mtllib {}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m7\nf 1 2 3\n", names.join(" ").repeat(1000));
-    let loaded = folder.load(text).unwrap();
+    let loaded = folder.obj(text).unwrap();
     assert_eq!(loaded.scene.materials.len(), 200);
     assert_eq!(mesh(&loaded).material, 7);
 }
@@ -305,7 +238,7 @@ fn what_is_said_often_costs_no_more_than_it_takes_to_say() {
     for i in 0..20_000 {
         text.push_str(&format!("usemtl {}\nf 1 2 3\n", i % 2));
     }
-    let loaded = folder.load(text).unwrap();
+    let loaded = folder.obj(text).unwrap();
     assert_eq!(mesh(&loaded).groups.len(), 1);
     assert_eq!(mesh(&loaded).triangles.len(), 20_000);
 }
@@ -320,7 +253,7 @@ fn a_statement_ends_with_its_line() {
         "v 9 9 \\\n9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 \\\r\n3 4\n",
         "v 9 9 9\rv 0 0 0\rv 1 0 0\rv 0 1 0\rf 2 3 4",
     ] {
-        assert_eq!(corners(&folder.load(text).unwrap()), [TRIANGLE], "{text:?}");
+        assert_eq!(corners(&folder.obj(text).unwrap()), [TRIANGLE], "{text:?}");
     }
 }
 
@@ -339,21 +272,21 @@ fn what_is_odd_is_left_out_and_said() {
         ("v 0 0 0 0\nv 1 0 0 0\nv 0 1 0 0\nf 1 2 3\n", 1, ":1: 3 vertices with a fourth number"),
     ] {
         let text = text.replace("V+", vertices);
-        let loaded = folder.load(&text).unwrap();
+        let loaded = folder.obj(&text).unwrap();
         assert_eq!(corners(&loaded)[0], TRIANGLE, "{text:?}");
         assert_eq!(loaded.report.census.count("triangles"), triangles, "{text:?}");
         let warnings = &loaded.report.warnings;
         assert!(warnings.len() == 1 && warnings[0].contains(warning), "{text:?}: {warnings:?}");
     }
     // Neither is odd: a weight of one, Fortran's exponents.
-    let loaded = folder.load("v 0 0 0 1\nv 1.0D+00 0 0\nv 0 1 0 1.0\nf 1 2 3\n").unwrap();
+    let loaded = folder.obj("v 0 0 0 1\nv 1.0D+00 0 0\nv 0 1 0 1.0\nf 1 2 3\n").unwrap();
     assert_eq!((corners(&loaded), loaded.report.warnings), (vec![TRIANGLE], vec![]));
     // A material may come before its file, and a comment behind its name.
-    let loaded = folder.load(format!("usemtl red # a comment\n{vertices}f 1 2 3\nmtllib m.mtl\n")).unwrap();
+    let loaded = folder.obj(format!("usemtl red # a comment\n{vertices}f 1 2 3\nmtllib m.mtl\n")).unwrap();
     assert_eq!((mesh(&loaded).material, loaded.report.warnings), (0, vec![]));
     // What is defined later may be pointed at from any group.
     for text in ["f 1 2 3\nV+f 3 2 1\n", "g a\nf 1 2 3\ng b\nV+f 3 2 1\n", "usemtl a\nf 1 2 3\nusemtl b\nV+f 3 2 1\n"] {
-        let loaded = folder.load(text.replace("V+", vertices)).unwrap();
+        let loaded = folder.obj(text.replace("V+", vertices)).unwrap();
         assert_eq!(corners(&loaded), [TRIANGLE, [TRIANGLE[2], TRIANGLE[1], TRIANGLE[0]]], "{text:?}");
     }
 }
@@ -361,12 +294,12 @@ fn what_is_odd_is_left_out_and_said() {
 #[test]
 fn vertices_have_colours() {
     let folder = Folder::new("colours");
-    let loaded = folder.load("v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0 0 0 1\nv 1 1 0\nf 1 2 3\nf 2 3 4\n").unwrap();
+    let loaded = folder.obj("v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0 0 0 1\nv 1 1 0\nf 1 2 3\nf 2 3 4\n").unwrap();
     assert_eq!(mesh(&loaded).colors, [[1., 1., 1.], [1., 0.5, 0.], [0., 0., 1.], [1., 1., 1.]]);
-    let loaded = folder.load("v 0 0 0 255 0 0\nv 1 0 0 0 51 0\nv 0 1 0 0 0 255\nf 1 2 3\n").unwrap();
+    let loaded = folder.obj("v 0 0 0 255 0 0\nv 1 0 0 0 51 0\nv 0 1 0 0 0 255\nf 1 2 3\n").unwrap();
     assert_eq!(mesh(&loaded).colors, [[1., 0., 0.], [0., 0.2, 0.], [0., 0., 1.]]);
     assert_eq!(loaded.report.warnings, [] as [String; 0]);
-    assert!(mesh(&folder.load(TWO_PARTS).unwrap()).colors.len() == 5);
+    assert!(mesh(&folder.obj(TWO_PARTS).unwrap()).colors.len() == 5);
 }
 
 #[test]
@@ -377,31 +310,14 @@ fn text_of_16_bits_is_read() {
     let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
     for bytes in [[&[0xfe, 0xff], &big[..]].concat(), [&[0xff, 0xfe], &little[..]].concat(), big, little] {
         for bytes in [gzip(&bytes), bytes] {
-            let loaded = folder.load(&bytes).unwrap();
+            let loaded = folder.obj(&bytes).unwrap();
             assert_eq!((corners(&loaded), mesh(&loaded).groups[0].name.as_str()), (vec![TRIANGLE], "r\u{e9}"));
         }
     }
     // More than is turned at once, with a pair across the seam.
     let long = format!("# {}\n{text}", "\u{1f40d}".repeat(20_000));
     let bytes: Vec<u8> = long.encode_utf16().flat_map(u16::to_le_bytes).collect();
-    assert_eq!(corners(&folder.load(bytes).unwrap()), [TRIANGLE]);
-}
-
-#[test]
-fn what_follows_gzip_data_is_left_out() {
-    let folder = Folder::new("trailing");
-    let packed = gzip(TWO_PARTS.as_bytes());
-    for behind in [&[0; 512][..], b"trailing", &[0x1f]] {
-        if behind != [0x1f] {
-            let loaded = folder.load([&packed, behind].concat()).unwrap();
-            assert_eq!(loaded.report.census.count("triangles"), 5);
-            assert!(loaded.report.warnings.iter().any(|text| text.contains("what follows the gzip data is left out")));
-        }
-    }
-    // Several members are one file.
-    let (first, second) = TWO_PARTS.split_at(TWO_PARTS.len() / 2);
-    let loaded = folder.load([gzip(first.as_bytes()), gzip(second.as_bytes())].concat()).unwrap();
-    assert_eq!(loaded.report.census.count("triangles"), 5);
+    assert_eq!(corners(&folder.obj(bytes).unwrap()), [TRIANGLE]);
 }
 
 #[test]
@@ -426,7 +342,7 @@ fn paths_of_other_machines_are_understood() {
         (absolute.as_str(), None),
         ("/dev/stdin", None),
     ] {
-        let loaded = folder.load(format!("mtllib {name}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n")).unwrap();
+        let loaded = folder.obj(format!("mtllib {name}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n")).unwrap();
         let material = loaded.scene.materials.first().and_then(|named| named.material.downcast_ref::<Lambertian>());
         assert_eq!(material.map(|material| material.diffuse.to_array()), expected, "{name}");
     }
@@ -443,7 +359,7 @@ fn a_polygon_of_any_size_is_cut_right() {
     text.push_str(&format!("v {teeth} -1 3\nv 0 -1 3\nf"));
     (1..=2 * teeth + 2).for_each(|i| text.push_str(&format!(" {i}")));
     let area = |[a, b, c]: [[f32; 3]; 3]| ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2.0;
-    let areas: Vec<f32> = corners(&folder.load(text).unwrap()).into_iter().map(area).collect();
+    let areas: Vec<f32> = corners(&folder.obj(text).unwrap()).into_iter().map(area).collect();
     assert_eq!(areas.len(), 2 * teeth);
     assert!(areas.iter().all(|&area| area <= 0.0), "all go round the same way");
     // The teeth, half of what lies between two of them, and what is below.
@@ -459,7 +375,7 @@ fn models_that_do_not_fit_the_numbers_are_put_where_they_do() {
         let corners: String = (0..6).map(|i| corner(f64::from(i % 3), f64::from(i / 3))).collect();
         format!("{corners}f 1 2 5 4\nf 2 3 6 5\n")
     };
-    let loaded = folder.load(text(0.125, 458_712.0)).unwrap();
+    let loaded = folder.obj(text(0.125, 458_712.0)).unwrap();
     assert!(
         loaded.report.warnings[0].contains("far from the origin: it is moved by -4"),
         "{:?}",
@@ -475,7 +391,7 @@ fn models_that_do_not_fit_the_numbers_are_put_where_they_do() {
     };
     assert_eq!(other.report.bounds().unwrap()[0][0], low[0] + 1.0);
     for size in [1e-30, 1e38, 1e200] {
-        let loaded = folder.load(text(size, 0.0)).unwrap();
+        let loaded = folder.obj(text(size, 0.0)).unwrap();
         let [_, high] = loaded.report.bounds().unwrap();
         assert!((0.5..4.0).contains(&high[0]), "{size:e}: {high:?}");
         assert!(loaded.report.warnings[0].contains("it is scaled by"), "{:?}", loaded.report.warnings);
@@ -510,8 +426,8 @@ fn names_from_files_are_shown_without_what_could_change_a_terminal() {
     let folder = Folder::new("escapes");
     let name = "bad\u{1b}[2Jname";
     let text = format!("mtllib {name}.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl {name}\nf 1 2 {name}\n");
-    let complaint = folder.complaint(&text);
+    let complaint = folder.refusal(&text);
     assert!(complaint.contains("'bad?[2Jname' is not a whole number"), "{complaint:?}");
-    let loaded = folder.load(text.replace(&format!("f 1 2 {name}"), "f 1 2 3")).unwrap();
+    let loaded = folder.obj(text.replace(&format!("f 1 2 {name}"), "f 1 2 3")).unwrap();
     assert!(loaded.report.warnings.iter().all(|text| !text.contains('\u{1b}')), "{:?}", loaded.report.warnings);
 }

@@ -1,5 +1,7 @@
 //! Volumes from files, good and broken: what is loaded, and what is said about the rest.
 
+#[path = "support/files.rs"]
+mod files;
 #[path = "load_volume/hostile.rs"]
 mod hostile;
 #[path = "load_volume/meta_image.rs"]
@@ -13,38 +15,15 @@ mod raw;
 #[path = "load_volume/real.rs"]
 mod real;
 
-use std::fs;
 use std::io::Write as _;
-use std::path::PathBuf;
 use std::sync::Arc;
 
-use mobula::load::{LoadError, Loaded, load};
+use mobula::load::Loaded;
 use mobula::volume::{Grid, Volume};
 
-/// A folder of its own for each test, removed at its end.
-struct Folder(PathBuf);
+use files::{Folder, gzip};
 
 impl Folder {
-    fn new(test: &str) -> Self {
-        // In memory where there is such a file system: thousands of small files are written.
-        let memory = PathBuf::from("/dev/shm");
-        let base = if memory.is_dir() { memory } else { std::env::temp_dir() };
-        let path = base.join(format!("mobula-volume-{test}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, bytes).unwrap();
-        path
-    }
-
-    fn load(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<Loaded, LoadError> {
-        load(&self.write(name, bytes))
-    }
-
     /// The volume of a sound file, about which nothing is said.
     fn volume(&self, name: &str, bytes: impl AsRef<[u8]>) -> Volume {
         let loaded = self.load(name, bytes).unwrap_or_else(|error| panic!("{error}"));
@@ -57,26 +36,6 @@ impl Folder {
         let [grid] = &self.volume(name, bytes).steps[..] else { panic!("several steps") };
         Arc::clone(grid)
     }
-
-    /// The error of a broken file, without its folder.
-    fn complaint(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
-        let text = self.load(name, bytes).map(|loaded| loaded.report).expect_err("loaded").to_string();
-        assert!(!text.contains('\n'), "more than a line: {text}");
-        text.strip_prefix(&format!("{}/", self.0.display())).expect("no path").to_owned()
-    }
-
-    /// What people are told of a file that loads.
-    fn warning(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
-        let warnings = self.load(name, bytes).unwrap().report.warnings;
-        let [warning] = &warnings[..] else { panic!("{warnings:?}") };
-        warning.strip_prefix(&format!("{}/", self.0.display())).expect("no path").to_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 fn only_volume(loaded: &Loaded) -> &Volume {
@@ -85,12 +44,6 @@ fn only_volume(loaded: &Loaded) -> &Volume {
     let voxels: usize = volume.steps.iter().map(|step| step.voxels().len()).sum();
     assert_eq!(loaded.report.census.count("voxels"), voxels as u64);
     volume
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
-    packer.write_all(bytes).unwrap();
-    packer.finish().unwrap()
 }
 
 fn zlib(bytes: &[u8]) -> Vec<u8> {

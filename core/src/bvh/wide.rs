@@ -1,8 +1,9 @@
 //! From ranges of primitives that know how to split to nodes of eight children.
 //!
 //! A node starts as one range; the child with the greatest weight is split until there are eight or all are small enough
-//! for a leaf. In a [compact](Shape::Compact) tree weights count little: see [`Shape::rank`]. What comes out is the topology: who is whose child, and how many primitives each block takes, in the order
-//! in which the ranges lie. Bounds are the business of [`refit`](super::refit).
+//! for a leaf. In a [compact](Shape::Compact) tree weights count little: see [`Shape::rank`]. What comes out is the topology:
+//! who is whose child, and how many primitives each block takes, in the order in which the ranges lie. Bounds are the business
+//! of [`refit`](super::refit).
 
 use alloc::vec::Vec;
 
@@ -156,14 +157,60 @@ fn open<'a, R: Ranges<'a>>(
     while len < 8 {
         let first = (0..len).fold(0, |best, i| if ranks[i] > ranks[best] { i } else { best });
         let Some(range) = children[first].take_if(|_| ranks[first] >= 0.0) else { break };
-        let parts = ranges.split(join, range, depth >= DEPTH);
+        let by_count = depth >= DEPTH;
+        let parts = ranges.split(join, range, by_count);
         children[first + 1..=len].rotate_right(1);
         ranks[first + 1..=len].rotate_right(1);
         for (i, part) in parts.into_iter().enumerate() {
-            ranks[first + i] = shape.rank(R::len(&part), R::weight(&part));
+            let count = R::len(&part);
+            ranks[first + i] =
+                if by_count && count > BLOCK { count as f32 } else { shape.rank(count, R::weight(&part)) };
             children[first + i] = Some(part);
         }
         len += 1;
     }
     (children, len)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::Serial;
+
+    /// Ranges of so many primitives, of which a split takes a block off, as long as it may.
+    struct Slices;
+
+    impl Ranges<'_> for Slices {
+        type Range = usize;
+
+        fn len(range: &usize) -> usize {
+            *range
+        }
+
+        fn weight(_: &usize) -> f32 {
+            0.0
+        }
+
+        fn split(&self, _: &impl Join, range: usize, by_count: bool) -> [usize; 2] {
+            let left = if by_count { (range / 2).next_multiple_of(BLOCK) } else { BLOCK };
+            [left, range - left]
+        }
+    }
+
+    #[test]
+    fn no_splits_make_a_tree_deeper_than_the_stacks_of_walks() {
+        for shape in [Shape::Exact, Shape::Compact] {
+            let mut tree = Topology::new(shape);
+            let root = tree.root(&Serial, &Slices, 1 << 20);
+            let mut depths = alloc::vec![0; tree.nodes.len()];
+            // Nodes stand before their children.
+            for at in root.index()..tree.nodes.len() {
+                let nodes = tree.nodes[at].child.into_iter().filter(|child| !child.is_leaf());
+                nodes.for_each(|child| depths[child.index()] = depths[at] + 1);
+            }
+            assert_eq!(tree.counts.iter().map(|&count| usize::from(count)).sum::<usize>(), 1 << 20);
+            let deepest = depths.into_iter().max().unwrap_or(0);
+            assert!((DEPTH..DEPTH + 10).contains(&deepest), "{deepest}");
+        }
+    }
 }

@@ -168,7 +168,10 @@ pub fn grain(color: [f32; 3]) -> Phong {
 
 fn tiled(mut step: ParticleStep, look: &ParticleLook) -> Result<ParticleStep, TilingError> {
     step.cell = look.cell.or(step.cell);
-    look.tile.map_or(Ok(step.clone()), |times| step.tiled(times))
+    match look.tile {
+        None => Ok(step),
+        Some(times) => step.tiled(times),
+    }
 }
 
 /// An error if there is no attribute of a name.

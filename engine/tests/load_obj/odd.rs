@@ -9,7 +9,7 @@ fn what_is_odd_is_left_out_and_told() {
     let folder = Folder::new("odd");
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let warned = |text: &str, expected: &str| {
-        let loaded = folder.load(text).unwrap();
+        let loaded = folder.obj(text).unwrap();
         assert_eq!(mesh(&loaded).triangles.len(), 1, "{text}");
         assert!(
             loaded.report.warnings.iter().any(|line| line.contains(expected)),
@@ -32,7 +32,7 @@ fn what_is_odd_is_left_out_and_told() {
     for text in
         [format!("{triangle}\0\0\0"), triangle.replace("3\n", "3#corner\n"), triangle.replace(" 2 3", " 2 \\  \n3")]
     {
-        let loaded = folder.load(&text).unwrap();
+        let loaded = folder.obj(&text).unwrap();
         assert_eq!((mesh(&loaded).triangles.len(), loaded.report.warnings.len()), (1, 0), "{text:?}");
     }
 }
@@ -41,7 +41,7 @@ fn what_is_odd_is_left_out_and_told() {
 fn colours_are_bytes_only_if_all_are_whole() {
     let folder = Folder::new("bytes");
     let color = |numbers: &str| {
-        mesh(&folder.load(format!("v 0 0 0 {numbers}\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\nf 1 2 3\n")).unwrap()).colors[0]
+        mesh(&folder.obj(format!("v 0 0 0 {numbers}\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\nf 1 2 3\n")).unwrap()).colors[0]
     };
     assert_eq!(color("255 51 0"), [1.0, 0.2, 0.0]);
     assert_eq!(color("2 1 1"), [1.0; 3], "one value above 1 is one value above 1");
@@ -53,7 +53,7 @@ fn many_joined_lines_take_no_longer_than_their_number() {
     let folder = Folder::new("joined");
     let start = std::time::Instant::now();
     let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {}3\n", "\\\n".repeat(2_000_000));
-    assert_eq!(mesh(&folder.load(text).unwrap()).triangles.len(), 1);
+    assert_eq!(mesh(&folder.obj(text).unwrap()).triangles.len(), 1);
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
 
@@ -64,7 +64,7 @@ fn material_files_are_found_whatever_their_letters_and_quotes() {
     folder.write("Sub/Red.mtl", "newmtl r\nKd 1 0 \\\n 0\n");
     folder.write("two words.mtl", "newmtl r\nKd 1 0 0\n");
     for name in ["sub\\RED.MTL", "SUB/Red.mtl", "'two words.mtl'", "Sub/Red.mtl # from elsewhere", "\"Sub/Red.mtl\""] {
-        let loaded = folder.load(format!("mtllib {name}\nusemtl r\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).unwrap();
+        let loaded = folder.obj(format!("mtllib {name}\nusemtl r\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).unwrap();
         assert_eq!(loaded.scene.materials.len(), 1, "{name}: {:?}", loaded.report.warnings);
     }
     #[cfg(unix)]
@@ -72,7 +72,7 @@ fn material_files_are_found_whatever_their_letters_and_quotes() {
         let outside = std::env::temp_dir().join(format!("mobula-outside-{}.mtl", std::process::id()));
         fs::write(&outside, "newmtl r\nKd 1 0 0\n").unwrap();
         std::os::unix::fs::symlink(&outside, folder.0.join("link.mtl")).unwrap();
-        let loaded = folder.load("mtllib link.mtl\nusemtl r\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        let loaded = folder.obj("mtllib link.mtl\nusemtl r\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
         fs::remove_file(outside).unwrap();
         assert!(loaded.report.warnings[0].contains("is no file that may be read"), "{:?}", loaded.report.warnings);
     }
@@ -83,7 +83,7 @@ fn too_many_materials_stop_what_reads_them() {
     let folder = Folder::new("many");
     let materials: String = (0..70_000).map(|i| format!("newmtl {i}\nKd 1 0 0\n")).collect();
     folder.write("many.mtl", materials);
-    let loaded = folder.load("mtllib many.mtl\nusemtl 7\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let loaded = folder.obj("mtllib many.mtl\nusemtl 7\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     assert!((60_000..=65_537).contains(&loaded.scene.materials.len()), "{}", loaded.scene.materials.len());
     assert!(loaded.report.warnings[0].contains("more than 65536 materials"), "{:?}", loaded.report.warnings);
 }
@@ -91,7 +91,7 @@ fn too_many_materials_stop_what_reads_them() {
 #[test]
 fn a_file_that_the_place_of_the_first_blurs_is_told() {
     let folder = Folder::new("blurred");
-    let far = folder.load("v 4000000 5000000 0\nv 4000001 5000000 0\nv 4000000 5000001 0\nf 1 2 3\n").unwrap();
+    let far = folder.obj("v 4000000 5000000 0\nv 4000001 5000000 0\nv 4000000 5000001 0\nf 1 2 3\n").unwrap();
     let near = folder.write("near.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let options = mobula::load::Options { place: Some(far.place), ..Default::default() };
     let warnings = mobula::load::load_with(&near, &options).unwrap().report.warnings;
@@ -101,7 +101,7 @@ fn a_file_that_the_place_of_the_first_blurs_is_told() {
 #[test]
 fn the_smallest_numbers_are_scaled_to_be_seen() {
     let folder = Folder::new("smallest");
-    let loaded = folder.load("v 0 0 0\nv 1e-310 0 0\nv 0 1e-310 0\nf 1 2 3\n").unwrap();
+    let loaded = folder.obj("v 0 0 0\nv 1e-310 0 0\nv 0 1e-310 0\nf 1 2 3\n").unwrap();
     assert!(!loaded.report.warnings[0].contains("inf"), "{:?}", loaded.report.warnings);
     assert!(mesh(&loaded).positions.iter().flatten().all(|x| x.is_finite()));
 }

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use super::frames::{Frame, Frames};
+use super::frames::{self, Frame, Frames, TextLines};
 use super::rows::Rows;
 use super::{names, periodic};
 use crate::load::input::Input;
-use crate::load::lines::{Fault, Lines, Stop};
+use crate::load::lines::{Fault, Stop};
 use crate::load::loaded::Loaded;
 use crate::load::text::number;
 use crate::load::{LoadError, Options};
@@ -15,17 +15,10 @@ use crate::load::{LoadError, Options};
 /// What parts words: the separator of a table; `None`: blanks.
 type Separator = Option<char>;
 
-/// Longer lines are in no table.
-const LONGEST_LINE: usize = 1 << 20;
-
 /// Loads a table.
-pub(in crate::load) fn load(file: &Path, mut input: Input, options: &Options) -> Result<Loaded, LoadError> {
-    let mut lines = Lines::no_longer_than(LONGEST_LINE, &mut input.reader);
-    let mut frames = Frames::new(file, options);
-    let read = read(&mut lines, &mut frames);
-    let line = lines.number;
-    read.map_err(|stop| stop.into_error(file, line, input.gzip))?;
-    frames.finish(if input.gzip { "table of particles, gzip" } else { "table of particles" }, input.warning(file))
+pub(in crate::load) fn load(file: &Path, input: Input, options: &Options) -> Result<Loaded, LoadError> {
+    let names = ["table of particles", "table of particles, gzip"];
+    frames::load(file, input, options, names, read)
 }
 
 /// Does the start of a file look like a table with names of coordinates?
@@ -45,7 +38,7 @@ fn separator(line: &str) -> Separator {
     ['\t', ';', ','].into_iter().find(|&separator| line.contains(separator))
 }
 
-fn read<R: std::io::BufRead>(lines: &mut Lines<R>, frames: &mut Frames<'_>) -> Result<(), Stop> {
+fn read(lines: &mut TextLines<'_>, frames: &mut Frames<'_>) -> Result<(), Stop> {
     let (mut head, mut cell, mut rows) = (None, None, None::<Rows>);
     while let Some((_, line)) = lines.next(|_| false)? {
         let line = line.trim_matches([' ', '\r']);

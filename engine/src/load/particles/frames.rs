@@ -1,5 +1,6 @@
 //! The frames of a file become the steps of particles: put where rays can be traced, without what is not finite.
 
+use std::io::BufRead;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,7 +10,8 @@ use super::columns::Columns;
 use super::names;
 use super::periodic::Cell;
 use crate::geometry::{Census, Item};
-use crate::load::lines::Fault;
+use crate::load::input::Input;
+use crate::load::lines::{Fault, Lines, Stop};
 use crate::load::loaded::{Loaded, Report, display_name};
 use crate::load::{LoadError, Options, Place};
 use crate::particles::{Attribute, ParticleStep, Particles, Values};
@@ -44,6 +46,28 @@ pub(in crate::load) struct Frames<'a> {
     first: Option<Arc<ParticleStep>>,
     census: Census,
     warnings: Vec<String>,
+}
+
+/// Longer lines are in no file of particles.
+const LONGEST_LINE: usize = 1 << 20;
+
+/// The lines of a file.
+pub(super) type TextLines<'a> = Lines<&'a mut Box<dyn BufRead>>;
+
+/// Loads a file of text, whose frames `read` reads. `names` are those of the format, and of it as gzip.
+pub(super) fn load(
+    file: &Path,
+    mut input: Input,
+    options: &Options,
+    names: [&'static str; 2],
+    read: impl FnOnce(&mut TextLines<'_>, &mut Frames<'_>) -> Result<(), Stop>,
+) -> Result<Loaded, LoadError> {
+    let mut lines = Lines::no_longer_than(LONGEST_LINE, &mut input.reader);
+    let mut frames = Frames::new(file, options);
+    let read = read(&mut lines, &mut frames);
+    let line = lines.number;
+    read.map_err(|stop| stop.into_error(file, line, input.gzip))?;
+    frames.finish(names[usize::from(input.gzip)], input.warning(file))
 }
 
 impl<'a> Frames<'a> {

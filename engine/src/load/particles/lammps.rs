@@ -3,7 +3,7 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use super::frames::{Frame, Frames};
+use super::frames::{self, Frame, Frames, TextLines};
 use super::periodic::{self, Cell};
 use super::rows::Rows;
 use crate::load::input::Input;
@@ -12,18 +12,11 @@ use crate::load::loaded::Loaded;
 use crate::load::text::{number, quoted};
 use crate::load::{LoadError, Options};
 
-/// Longer lines are in no dump.
-const LONGEST_LINE: usize = 1 << 20;
 const WRITTEN: &str = "check how it was written";
 
 /// Loads a dump.
-pub(in crate::load) fn load(file: &Path, mut input: Input, options: &Options) -> Result<Loaded, LoadError> {
-    let mut lines = Lines::no_longer_than(LONGEST_LINE, &mut input.reader);
-    let mut frames = Frames::new(file, options);
-    let read = read(&mut lines, &mut frames);
-    let line = lines.number;
-    read.map_err(|stop| stop.into_error(file, line, input.gzip))?;
-    frames.finish(if input.gzip { "LAMMPS dump, gzip" } else { "LAMMPS dump" }, input.warning(file))
+pub(in crate::load) fn load(file: &Path, input: Input, options: &Options) -> Result<Loaded, LoadError> {
+    frames::load(file, input, options, ["LAMMPS dump", "LAMMPS dump, gzip"], read)
 }
 
 /// Does the start of a file look like a dump?
@@ -38,7 +31,7 @@ struct Bounds {
     cell: Cell,
 }
 
-fn read<R: BufRead>(lines: &mut Lines<R>, frames: &mut Frames<'_>) -> Result<(), Stop> {
+fn read(lines: &mut TextLines<'_>, frames: &mut Frames<'_>) -> Result<(), Stop> {
     let (mut count, mut bounds) = (None, None);
     while let Some((number, line)) = lines.next(|_| false)? {
         let line = line.trim();

@@ -3,7 +3,7 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use super::frames::{Frame, Frames};
+use super::frames::{self, Frame, Frames};
 use super::rows::{Rows, ended};
 use super::{csv, extended};
 use crate::load::input::Input;
@@ -12,9 +12,6 @@ use crate::load::loaded::Loaded;
 use crate::load::text::{number, quoted};
 use crate::load::{LoadError, Options};
 use crate::particles::elements;
-
-/// Longer lines are in no file of this kind.
-const LONGEST_LINE: usize = 1 << 20;
 
 /// Loads an XYZ file, or a table of points under that name.
 pub(in crate::load) fn load(file: &Path, mut input: Input, options: &Options) -> Result<Loaded, LoadError> {
@@ -25,16 +22,10 @@ pub(in crate::load) fn load(file: &Path, mut input: Input, options: &Options) ->
     if first.is_some_and(|line| line.starts_with('#') || words(line) > 2) {
         return csv::load(file, input, options);
     }
-    let mut lines = Lines::no_longer_than(LONGEST_LINE, &mut input.reader);
-    let mut frames = Frames::new(file, options);
-    let mut read = || {
-        while frame(&mut lines, &mut frames)? {}
+    frames::load(file, input, options, ["XYZ", "XYZ, gzip"], |lines, frames| {
+        while frame(lines, frames)? {}
         Ok(())
-    };
-    let read: Result<(), Stop> = read();
-    let line = lines.number;
-    read.map_err(|stop| stop.into_error(file, line, input.gzip))?;
-    frames.finish(if input.gzip { "XYZ, gzip" } else { "XYZ" }, input.warning(file))
+    })
 }
 
 /// Does the start of a file look like XYZ: a count, a line of text, an atom?
