@@ -281,7 +281,7 @@ impl Primitives {
                 spheres.extend((0..some.centers.len()).filter_map(sphere));
             }
         }
-        for step in scene.particles.iter().filter_map(|particles| particles.steps.first()) {
+        for step in scene.particles.iter().filter_map(|particles| particles.read().next()) {
             spheres.extend(tiled(step).into_iter().flat_map(|step| {
                 let radius = move |i: usize| step.radii.get(i).copied().unwrap_or(1.0);
                 step.centers.clone().into_iter().enumerate().map(move |(i, [x, y, z])| [x, y, z, radius(i)])

@@ -181,7 +181,7 @@ const CHANGES: &[Change] = &[
         },
         describe: |scene, _| {
             scene.media = vec![Arc::new(volume().with_window([120.0, 100.0]).at(1))];
-            scene.geometry = with_particles(particles().at(1));
+            scene.geometry = with_particles(particles().at(1).unwrap());
         },
     },
     Change {

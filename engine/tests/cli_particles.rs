@@ -80,6 +80,36 @@ fn files_whose_names_differ_in_a_number_are_steps() {
 }
 
 #[test]
+fn steps_that_do_not_fit_into_memory_are_read_when_they_are_shown() {
+    let folder = Folder::new("particles-memory");
+    for step in 0..5 {
+        folder.write(&format!("t{step}.csv"), format!("x,y,z,heat\n{step},0,0,{step}\n{step},1,0,5\n4,{step},1,2\n"));
+    }
+    folder.write("all.toml", "mobula = 1\n[[object]]\nparticles = \"t*.csv\"\nradius = 0.4\ncolor = [1, 0, 0]\n");
+    let render = |name: &str, arguments: &[&str]| {
+        let name = format!("{name}.png");
+        let usual = ["render", "--size", "48x36", "--samples", "1", "--step", "4", "-o", &name];
+        let done = folder.run(&[&usual[..], arguments].concat());
+        assert_eq!(done.code, Some(0), "{done:?}");
+        picture(&folder.0.join(name))
+    };
+    let options = ["t*.csv", "--radius", "0.4", "--color-by", "heat", "--range", "0,5"];
+    assert!(render("whole", &options) == render("some", &[&options[..], &["--memory", "1"]].concat()));
+    assert!(render("scene", &["all.toml"]) == render("some", &["all.toml", "--memory", "1"]));
+
+    let done = folder.run(&["info", "--memory", "1", "t*.csv"]);
+    assert!(done.out.contains("steps of time       5, of which 1 were looked at (see --memory)"), "{done:?}");
+    let object = info(&folder, &["--memory", "1", "t*.csv"]);
+    assert_eq!(object["particles_by_step"].to_string(), "[3,null,null,null,null]");
+    let done = folder.run(&["render", "--memory", "4 sheep", "t1.csv"]);
+    assert!(done.code == Some(2) && done.err.contains("this is no size: write"), "{done:?}");
+    folder.write("t4.csv", "x,y,z,heat\n1,2\n");
+    let done =
+        folder.run(&["render", "--memory", "1", "--step", "4", "t0.csv", "t1.csv", "t4.csv", "t2.csv", "t3.csv"]);
+    assert!(done.code == Some(1) && done.err.contains("t4.csv:2: "), "{done:?}");
+}
+
+#[test]
 fn radii_and_tiles() {
     let folder = Folder::new("particles-tiles");
     folder.write("a.csv", "x,y,z\n0,0,0\n1,1,1\n");

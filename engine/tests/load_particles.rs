@@ -12,6 +12,8 @@ mod ply;
 mod raw;
 #[path = "load_particles/real.rs"]
 mod real;
+#[path = "load_particles/streamed.rs"]
+mod streamed;
 #[path = "load_particles/tables.rs"]
 mod tables;
 
@@ -32,8 +34,8 @@ impl Folder {
 
     /// The only step of a sound file.
     fn step(&self, name: &str, bytes: impl AsRef<[u8]>) -> Arc<ParticleStep> {
-        let [step] = &self.particles(name, bytes).steps[..] else { panic!("several steps") };
-        Arc::clone(step)
+        let [step] = steps(&self.particles(name, bytes));
+        step
     }
 }
 
@@ -42,13 +44,19 @@ fn only_particles(loaded: &Loaded) -> &Particles {
     let [particles] = &loaded.scene.particles[..] else { panic!("{:?}", loaded.scene.particles) };
     let census = &loaded.report.census;
     assert_eq!(particles.count() as u64, census.count("particles") - census.left_out());
-    for step in &particles.steps {
+    for step in particles.read() {
         let count = step.centers.len();
         assert!(step.radii.is_empty() || step.radii.len() == count);
         assert!(step.attributes.iter().all(|attribute| attribute.values.len() == count));
         assert!(step.centers.iter().flatten().all(|x| x.is_finite()));
     }
     particles
+}
+
+/// All steps, which are so many.
+fn steps<const N: usize>(particles: &Particles) -> [Arc<ParticleStep>; N] {
+    let all: Vec<_> = particles.read().cloned().collect();
+    all.try_into().expect("so many steps")
 }
 
 /// Names and types of all attributes.

@@ -9,7 +9,7 @@ use std::io::Write;
 use flate2::{Compression, write::GzEncoder};
 use libfuzzer_sys::fuzz_target;
 use mobula::load::{LoadError, Loaded};
-use mobula::particles::ParticleStep;
+use mobula::particles::{ParticleStep, Particles};
 
 const NAMES: [&str; 6] = ["fuzz.ply", "fuzz.csv", "fuzz.xyz", "fuzz.extxyz", "fuzz.dump", "fuzz"];
 
@@ -35,7 +35,7 @@ fuzz_target!(|bytes: &[u8]| {
 fn load(name: &str, bytes: &[u8]) -> Result<Loaded, LoadError> {
     let loaded = files::load(&files::write(name, bytes))?;
     let mut count = 0;
-    for step in loaded.scene.particles.iter().flat_map(|particles| &particles.steps) {
+    for step in loaded.scene.particles.iter().flat_map(Particles::read) {
         let all = step.centers.len();
         assert!(step.centers.iter().flatten().all(|x| x.is_finite()));
         assert!(step.radii.is_empty() || step.radii.len() == all);
@@ -56,7 +56,7 @@ fn same(a: &Loaded, b: &Loaded) -> bool {
         numbers.chain(values.map(f32::to_bits)).collect::<Vec<_>>()
     };
     let all = |loaded: &Loaded| {
-        let steps = loaded.scene.particles.iter().flat_map(|particles| &particles.steps);
+        let steps = loaded.scene.particles.iter().flat_map(Particles::read);
         steps
             .map(|step| (bits(step), step.cell.map(|cell| cell.map(|edge| edge.map(f32::to_bits)))))
             .collect::<Vec<_>>()

@@ -35,11 +35,13 @@
 mod components;
 mod settings;
 mod state;
+mod streamer;
 mod volumes;
 
 pub use components::Components;
 pub use settings::{AppError, Settings, pipeline, pipeline_with_geometry};
 pub use state::{Chosen, RayCounts, RenderFrames, State};
+pub use streamer::Streamer;
 pub use volumes::Volumes;
 
 pub use crate::packet::{PacketWidth, UnknownWidth};

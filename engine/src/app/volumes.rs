@@ -42,7 +42,7 @@ impl State {
         });
         let steps = series.map(|series| (series.steps(), series.step()));
         let (steps, step) =
-            steps.chain(particles().map(|one| (one.steps().len(), one.step()))).max().unwrap_or_default();
+            steps.chain(particles().map(|one| (one.series().len(), one.step()))).max().unwrap_or_default();
         Volumes {
             iso: iso.map(|first| (first.values.clone(), first.series.range())),
             window: window.map(|first| (first.window(), first.series().range())),
@@ -74,12 +74,13 @@ impl State {
         });
     }
 
-    /// Shows all volumes and particles at a step of time; behind the last comes the first. Nothing has to be built.
+    /// Shows all volumes and particles at a step of time; behind the last comes the first. Nothing has to be built. Particles whose step
+    /// is not in memory stay as they are: see [`Streamer`](super::Streamer).
     pub fn set_step(&mut self, step: usize) {
         self.change_geometry(|surfaces: &IsoSurfaces| {
             Some(IsoSurfaces { series: surfaces.series.at(step), ..surfaces.clone() })
         });
-        self.change_geometry(|particles: &Particles| Some(particles.at(step)));
+        self.change_geometry(|particles: &Particles| particles.at(step));
         self.change_media(|volume| volume.at(step));
     }
 

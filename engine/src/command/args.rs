@@ -22,6 +22,7 @@ use mobula::traverse::TraverserKind;
 use mobula::volume::Preset;
 use mobula_core::simd::Level;
 
+use super::memory;
 use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
@@ -89,6 +90,11 @@ pub(crate) struct SceneOptions {
 
     #[command(flatten)]
     pub(crate) raw: RawOptions,
+
+    /// How much memory steps of particles may take, such as 500M or 4G: those that do not fit are read when they are shown, the next ones
+    /// ahead [default: three quarters of what is free]
+    #[arg(long, value_name = "SIZE", value_parser = memory::limit)]
+    pub(crate) memory: Option<u64>,
 
     /// Size of the picture in pixels; a width alone has 3/4 of it as height [default: 1024x768]
     #[arg(short, long, value_name = "WxH", value_parser = size)]
@@ -255,7 +261,8 @@ pub(crate) struct ParticleOptions {
     ))]
     pub(crate) map: Option<Transfer>,
 
-    /// The values that have the first and the last colour [default: the least and the greatest of all steps]
+    /// The values that have the first and the last colour [default: the least and the greatest of all steps
+    /// in memory]
     #[arg(long, help_heading = "Particles", value_name = "LO,HI", value_parser = range, allow_hyphen_values = true)]
     pub(crate) range: Option<Range>,
 
@@ -312,6 +319,11 @@ pub(crate) struct InfoOptions {
 
     #[command(flatten)]
     pub(crate) raw: RawOptions,
+
+    /// How much memory steps of particles may take, such as 500M or 4G: further ones are not looked at [default: three quarters of what is
+    /// free]
+    #[arg(long, value_name = "SIZE", value_parser = memory::limit)]
+    pub(crate) memory: Option<u64>,
 
     /// Print one JSON object on standard output
     #[arg(long)]

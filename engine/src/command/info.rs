@@ -8,7 +8,7 @@ use serde_json::json;
 use super::args::InfoOptions;
 use super::failure::Failure;
 use super::scene::{gather, grouped};
-use super::{particles, print, print_object, volumes};
+use super::{memory, particles, print, print_object, volumes};
 
 /// Counts that the JSON object always has.
 const KEYS: [&str; 10] = [
@@ -25,7 +25,7 @@ const KEYS: [&str; 10] = [
 ];
 
 pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
-    let loaded = gather(&options.files, &options.raw)?;
+    let loaded = gather(&options.files, &options.raw, &memory::memory(options.memory))?;
     let (scene, report, place) = (&loaded.scene, &loaded.report, &loaded.place);
     if options.json {
         let materials: Vec<_> = scene.materials.iter().map(|named| named.name.as_str()).collect();

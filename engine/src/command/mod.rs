@@ -7,6 +7,7 @@ mod failure;
 mod histogram;
 mod info;
 mod manual;
+mod memory;
 mod particles;
 mod progress;
 mod raw;
@@ -227,8 +228,9 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let (rays, level) = (counted(packet.rays(), "ray"), token.level());
     tell!("mobula: {level}, packets of {rays}, {}", counted(threads, "thread"));
 
+    let memory = memory::memory(options.memory);
     #[cfg_attr(not(feature = "window"), allow(unused_variables, reason = "for windows"))]
-    let Loaded { mut scene, place, report } = scene::gather(&options.scenes, &options.raw)?;
+    let Loaded { mut scene, place, report } = scene::gather(&options.scenes, &options.raw, &memory)?;
     #[cfg(feature = "window")]
     let of_file = report.format == SCENE_FILE;
     // Options win over what scene files say.
@@ -250,7 +252,7 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         on_demand,
     };
     let step = options.volumes.step.or(said.time.map(|time| time.shown)).unwrap_or(0);
-    let steps = Steps { shown: step, all: on_demand };
+    let steps = Steps { shown: step, all: on_demand, memory: memory.limit() };
     shown::without_effect(&scene, &options.volumes).iter().for_each(|warning| say!("mobula: warning: {warning}"));
     let build = Build::from(settings.acceleration);
     particles::without_effect(&scene, &options.particles).iter().for_each(|warning| say!("mobula: warning: {warning}"));

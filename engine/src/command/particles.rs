@@ -15,7 +15,7 @@ use super::failure::Failure;
 use super::histogram::{self, short};
 use super::scene::grouped;
 use super::values::{Crop, Lengths, Range, Tile, Transfer};
-use super::{progress, tell};
+use super::{memory, progress, tell};
 
 /// Adds to a scene what its particles are shown as: as it says itself, or else as the options do.
 pub(crate) fn add(
@@ -56,20 +56,25 @@ pub(crate) fn add(
         color,
     };
     let shown = progress::watch("building", &build.progress, || show_particles(scene, |_| look.clone(), steps, build));
-    let notes = shown.map_err(|error| {
-        Failure::Usage(match error {
-            ParticleError::Tiling(name, TilingError::NoBox) => {
-                let name = printable(&name).into_owned();
-                format!("--tile: {name} does not say how large its periodic box is: give its edges with --box X,Y,Z")
-            }
-            error => printable(&error.to_string()).into_owned(),
-        })
+    let notes = shown.map_err(|error| match error {
+        ParticleError::Tiling(name, TilingError::NoBox) => Failure::Usage(format!(
+            "--tile: {} does not say how large its periodic box is: give its edges with --box X,Y,Z",
+            printable(&name)
+        )),
+        ParticleError::Read(problem) => Failure::Output(printable(&problem).into_owned()),
+        error => Failure::Usage(printable(&error.to_string()).into_owned()),
     })?;
     for note in notes {
         match note {
             ParticleNote::Guessed { particles, radius } => {
                 let (name, radius) = (printable(&particles), short(f64::from(radius) / place.scale));
                 tell!("mobula: {name}: particles have no radius; {radius} is guessed; choose another with --radius");
+            }
+            ParticleNote::NotInMemory { particles, in_memory, steps: all } => {
+                let (name, limit) = (printable(&particles), memory::shown(steps.memory));
+                tell!(
+                    "mobula: {name}: {in_memory} of {all} steps are in memory ({limit}, see --memory); the others are read when they are shown"
+                );
             }
             ParticleNote::Colored { particles, attribute, range, map } => {
                 let [low, high] = range.map(|end| short(f64::from(end)));
@@ -133,7 +138,7 @@ pub(crate) fn object(particles: &Particles, place: &Place) -> Value {
         let found = particles.statistics(&known.name)?;
         Some(attribute((&known.name, known.type_name()), &found, 1.0))
     });
-    let counts: Vec<_> = particles.steps.iter().map(|step| step.centers.len()).collect();
+    let counts: Vec<_> = particles.steps.iter().map(|step| step.as_ref().map(|step| step.centers.len())).collect();
     json!({
         "particle_set": particles.name,
         "steps": particles.steps.len(),
@@ -150,8 +155,11 @@ pub(crate) fn lines(particles: &Particles, place: &Place) -> Vec<(String, String
     let mut lines = Vec::new();
     let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
     line("particle set", printable(&particles.name).into_owned());
-    line("  steps of time", particles.steps.len().to_string());
-    let counts = || particles.steps.iter().map(|step| step.centers.len());
+    let (steps, read) = (particles.steps.len(), particles.read().count());
+    let looked_at =
+        if read < steps { format!(", of which {read} were looked at (see --memory)") } else { String::new() };
+    line("  steps of time", format!("{steps}{looked_at}"));
+    let counts = || particles.read().map(|step| step.centers.len());
     if let (Some(least), Some(most)) = (counts().min(), counts().max())
         && particles.steps.len() > 1
     {

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mobula::geometry::Role;
-use mobula::load::series::{self, Joined};
-use mobula::load::{self, Loaded, Place, Report, printable};
+use mobula::load::series::{self, Gathering, Joined};
+use mobula::load::{self, Loaded, Memory, Options, Place, Report, printable};
 use mobula::progress::Progress;
 use mobula::scene::{Object, SceneDescription};
 use mobula::{builtin, generate};
@@ -19,18 +19,24 @@ use super::{say, tell};
 const MOST_WARNINGS: usize = 8;
 
 /// Loads or makes all scenes and joins them into one; none: the built-in scene. `raw` says what is in files of nothing but numbers.
-pub(crate) fn gather(names: &[PathBuf], raw: &RawOptions) -> Result<Loaded, Failure> {
-    let mut place = None;
-    let mut parts: Vec<(PathBuf, Loaded)> = Vec::new();
+/// Steps of particles that do not fit into `memory` are read when they are shown.
+pub(crate) fn gather(names: &[PathBuf], raw: &RawOptions, memory: &Memory) -> Result<Loaded, Failure> {
+    let (raw, raw_particles) = (raw.raw(), raw.particles());
+    let mut options = Options { raw, raw_particles, memory: memory.clone(), ..Options::default() };
+    let common = options.clone();
+    let mut parts = Gathering::new(&common);
     for name in names {
         for name in series::expand(name)? {
-            let loaded = open(&name, place, raw)?;
+            if parts.defers(&name) {
+                continue;
+            }
+            let loaded = open(&name, &options)?;
             // Files that belong together stay together, wherever the first was put.
-            place = place.or(Some(loaded.place));
-            parts.push((name, loaded));
+            options.place = options.place.or(Some(loaded.place));
+            parts.add(name, loaded);
         }
     }
-    let mut parts = series::join(parts).into_iter().map(with_objects);
+    let mut parts = parts.join().into_iter().map(with_objects);
     let Some(mut all) = parts.next() else {
         let mut all = made(builtin::scene());
         all.scene.objects.push(Object { kind: "mesh", names: vec![load::BUILT_IN.into()], material: None, volumes: 0 });
@@ -63,18 +69,18 @@ fn with_objects(Joined { files, mut loaded }: Joined) -> Loaded {
 }
 
 /// Loads or makes one scene, and tells people about it.
-fn open(name: &Path, place: Option<Place>, raw: &RawOptions) -> Result<Loaded, Failure> {
+fn open(name: &Path, options: &Options) -> Result<Loaded, Failure> {
     let start = Instant::now();
-    let progress = Progress::default();
+    let options = Options { progress: Progress::default(), ..options.clone() };
     let what = format!("loading {}", printable(&name.display().to_string()));
-    let loaded = watch(&what, &progress, || open_quietly(name, place, raw, &progress))?;
+    let loaded = watch(&what, &options.progress, || open_quietly(name, &options))?;
     warn(&loaded.report.warnings);
     let seconds = start.elapsed().as_secs_f64();
     tell!("mobula: {}: {}, loaded in {seconds:.2} s", printable(&loaded.scene.name), contents(&loaded));
     Ok(loaded)
 }
 
-fn open_quietly(name: &Path, place: Option<Place>, raw: &RawOptions, progress: &Progress) -> Result<Loaded, Failure> {
+fn open_quietly(name: &Path, options: &Options) -> Result<Loaded, Failure> {
     match name.to_str().filter(|name| name.starts_with(generate::PREFIX)) {
         Some(name) if !generate::has_memory(name) => {
             Err(Failure::Output(format!("{name}: there is no memory for this scene")))
@@ -83,11 +89,7 @@ fn open_quietly(name: &Path, place: Option<Place>, raw: &RawOptions, progress: &
             let known = generate::SCENES.map(|(name, _)| name).join(", ");
             Failure::UnknownScene(printable(name).into_owned(), known)
         }),
-        None => {
-            let (raw, raw_particles) = (raw.raw(), raw.particles());
-            let options = load::Options { place, raw, raw_particles, progress: progress.clone() };
-            load::load_with(name, &options).map_err(Failure::Load)
-        }
+        None => load::load_with(name, options).map_err(Failure::Load),
     }
 }
 
@@ -149,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_built_in_scene_is_counted() {
-        let loaded = gather(&[], &RawOptions::default()).unwrap();
+        let loaded = gather(&[], &RawOptions::default(), &Memory::default()).unwrap();
         let census = &loaded.report.census;
         assert!(census.count("triangles") > 0 && census.count("spheres") > 0);
         assert_eq!(census.left_out(), 0);

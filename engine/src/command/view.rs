@@ -6,7 +6,7 @@ use mobula::sampler::SamplerKind;
 use super::args::SceneOptions;
 use super::failure::Failure;
 use super::values::{Shading, quoted};
-use super::{ForWindow, Prepared, prepare, render, scene, signals, tell};
+use super::{ForWindow, Prepared, memory, prepare, render, scene, signals, tell};
 
 /// A window if there is a display, else a picture.
 pub(crate) fn view_or_render(options: &SceneOptions) -> Result<(), Failure> {
@@ -26,7 +26,7 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
         Ok(connection) => show(connection, options),
         Err(error) => {
             // What is wrong with the scenes is told first: it is wrong on every display.
-            scene::gather(&options.scenes, &options.raw)?;
+            scene::gather(&options.scenes, &options.raw, &memory::memory(options.memory))?;
             Err(error.into())
         }
     }

@@ -64,6 +64,11 @@ impl Cloud {
         Ok(Self { spheres, names, census, all })
     }
 
+    /// Without particles.
+    pub fn empty() -> Self {
+        Self::new(ParticleStep::default(), 1.0, &AccelerationKind::Bvh.into()).expect("no particles are not too many")
+    }
+
     /// What was counted and left out.
     pub fn census(&self) -> &Census {
         &self.census

@@ -68,29 +68,18 @@ impl Geometries {
         let mut census = Census::default();
         censuses.iter().for_each(|one| census.merge(one));
         let mut groups = Vec::new();
-        let mut places = vec![0; list.len()];
-        let mut place = 0;
         let parts = share(&list)?;
         build.progress.expect(list.iter().map(|geometry| 2 * geometry.primitives() as u64).sum());
         for numbers in parts {
-            let members: Vec<_> = numbers.iter().map(|&number| list[number].clone()).collect();
-            has_memory(members.iter().map(|member| member.primitives()).sum())?;
-            let structure = members[0].structure(&members, build);
-            let mut first = 0;
-            let member = |&number: &usize| {
-                let count = list[number].primitives() as u32;
-                let member = Member { geometry: number as u32, first, count };
-                places[number] = place;
-                first += count;
-                place += u64::from(count);
-                member
-            };
-            let members: Vec<Member> = numbers.iter().map(member).collect();
-            let below = |number: u32| members.iter().filter(|m| m.geometry < number).map(|m| m.count).sum();
-            let below = (0..list.len() as u32).map(below).collect();
+            let geometries: Vec<_> = numbers.iter().map(|&number| list[number].clone()).collect();
+            has_memory(geometries.iter().map(|geometry| geometry.primitives()).sum())?;
+            let structure = geometries[0].structure(&geometries, build);
             let materials = materials_of(numbers.iter().map(|&number| &*list[number]));
-            groups.push(Group { structure, members, materials, below });
+            let members =
+                numbers.iter().map(|&number| Member { geometry: number as u32, first: 0, count: 0 }).collect();
+            groups.push(Group { structure, members, materials, below: Vec::new() });
         }
+        let places = number(&list, &mut groups);
         Ok(Self { list, groups, census, censuses, places })
     }
 
@@ -164,6 +153,7 @@ impl Geometries {
         }
         self.census = Census::default();
         self.censuses.iter().for_each(|census| self.census.merge(census));
+        self.places = number(&list, &mut self.groups);
         self.list = list;
         Ok(())
     }
@@ -230,6 +220,30 @@ fn has_memory(primitives: usize) -> Result<(), SceneError> {
     let bytes = primitives.saturating_mul(BUILD_BYTES);
     let asked = Vec::<u8>::new().try_reserve_exact(bytes);
     asked.map_err(|_| SceneError::NoMemory { primitives, mib: bytes.div_ceil(1 << 20) })
+}
+
+/// Gives the primitives of geometries their ids in the structures, and returns the place of each geometry's first primitive among all.
+fn number(list: &[Arc<dyn Geometry>], groups: &mut [Group]) -> Vec<u64> {
+    let mut places = vec![0; list.len()];
+    let mut place = 0;
+    for group in groups {
+        let mut first = 0;
+        for member in &mut group.members {
+            let count = list[member.geometry as usize].primitives() as u32;
+            (member.first, member.count) = (first, count);
+            places[member.geometry as usize] = place;
+            first += count;
+            place += u64::from(count);
+        }
+        let (mut members, mut below) = (group.members.iter().peekable(), 0);
+        let before = |number: u32| {
+            let first = below;
+            below += members.next_if(|member| member.geometry == number).map_or(0, |member| member.count);
+            first
+        };
+        group.below = (0..list.len() as u32).map(before).collect();
+    }
+    places
 }
 
 /// Which geometries are in a structure together, by number. Those without primitives are in none.

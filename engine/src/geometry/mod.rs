@@ -9,6 +9,7 @@
 //! | `spheres` | spheres |
 //! | `particles` | particles over time, cropped and coloured by their attributes |
 //! | `cloud` | the particles of one step, made ready for rays |
+//! | `cloud_series` | a cloud for each step of time, in memory or made when it is wanted |
 //! | `ball` | what is known of the surface of a sphere |
 //! | `iso_surface` | surfaces of equal value in a volume |
 //! | `field`, `gradient` | a volume made ready for rays; how its values change |
@@ -21,6 +22,7 @@
 mod ball;
 mod census;
 mod cloud;
+mod cloud_series;
 mod field;
 mod geometries;
 mod gradient;
@@ -36,6 +38,7 @@ mod triangle;
 
 pub use census::{Census, Item, Role};
 pub use cloud::{Cloud, TooManyParticles};
+pub use cloud_series::{CloudSeries, Make};
 pub use field::{Field, Series};
 pub use geometries::{Geometries, NeedsRebuild, SceneError};
 pub use gradient::Gradient;

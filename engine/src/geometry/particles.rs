@@ -13,6 +13,7 @@ use mobula_core::{AnyHitPacket, RayPacket};
 
 use super::ball;
 use super::cloud::Cloud;
+use super::cloud_series::CloudSeries;
 use super::{Census, Geometry, Structure, shift_material};
 use crate::accel::{AccelerationKind, Build};
 use crate::packet::{Hits, Intersect, Surface, set_vec3};
@@ -30,8 +31,9 @@ pub struct Particles {
     pub crops: Vec<Cropping>,
     /// Their colours, by which those of the material are multiplied.
     pub coloring: Option<Coloring>,
-    steps: Arc<[Arc<Cloud>]>,
+    series: Arc<CloudSeries>,
     step: usize,
+    cloud: Arc<Cloud>,
 }
 
 /// Which particles are shown.
@@ -58,8 +60,23 @@ impl Particles {
     /// # Panics
     /// If there are none.
     pub fn new(name: impl Into<String>, steps: Vec<Arc<Cloud>>, material: u32) -> Self {
-        assert!(!steps.is_empty(), "particles have a step of time");
-        Self { name: name.into(), material, crops: Vec::new(), coloring: None, steps: steps.into(), step: 0 }
+        let cloud = steps.first().cloned().expect("particles have a step of time");
+        Self {
+            name: name.into(),
+            material,
+            crops: Vec::new(),
+            coloring: None,
+            series: Arc::new(CloudSeries::new(steps)),
+            step: 0,
+            cloud,
+        }
+    }
+
+    /// Those of a series, of which a step is shown, if it is in memory.
+    pub fn of_series(name: impl Into<String>, series: Arc<CloudSeries>, step: usize, material: u32) -> Option<Self> {
+        let cloud = series.get(step)?;
+        let step = step % series.len();
+        Some(Self { name: name.into(), material, crops: Vec::new(), coloring: None, series, step, cloud })
     }
 
     /// A spiral that is coloured along its way, with a part of it left out.
@@ -86,9 +103,10 @@ impl Particles {
         }
     }
 
-    /// With this step shown; behind the last comes the first.
-    pub fn at(&self, step: usize) -> Self {
-        Self { step: step % self.steps.len(), ..self.clone() }
+    /// With this step shown, if it is in memory; behind the last comes the first.
+    pub fn at(&self, step: usize) -> Option<Self> {
+        let cloud = self.series.get(step)?;
+        Some(Self { step: step % self.series.len(), cloud, ..self.clone() })
     }
 
     /// With only those shown whose value of an attribute is in a range, beside what other attributes say.
@@ -101,7 +119,7 @@ impl Particles {
 
     /// What is shown.
     pub fn cloud(&self) -> &Arc<Cloud> {
-        &self.steps[self.step]
+        &self.cloud
     }
 
     /// Which step is shown, from 0.
@@ -110,14 +128,14 @@ impl Particles {
     }
 
     /// All steps.
-    pub fn steps(&self) -> &[Arc<Cloud>] {
-        &self.steps
+    pub fn series(&self) -> &Arc<CloudSeries> {
+        &self.series
     }
 
-    /// The least and the greatest value of an attribute in all steps.
+    /// The least and the greatest value of an attribute in all steps that are in memory.
     pub fn range(&self, attribute: &str) -> Option<[f32; 2]> {
         let of = |cloud: &Arc<Cloud>| cloud.range(cloud.attribute(attribute)?);
-        self.steps.iter().filter_map(of).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+        self.series.in_memory().iter().filter_map(of).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     }
 
     /// Which values an attribute of whole numbers has in the step that is shown; `None` if it is of another type.
@@ -143,9 +161,9 @@ impl Geometry for Particles {
         &self.name
     }
 
-    /// As many in all steps.
+    /// At least one: a step without particles may be followed by others.
     fn primitives(&self) -> usize {
-        self.steps.iter().map(|cloud| cloud.spheres.places()).max().unwrap_or(0)
+        self.cloud.spheres.places().max(1)
     }
 
     fn census(&self) -> Census {

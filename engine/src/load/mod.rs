@@ -6,6 +6,7 @@
 //! | `format` | the table of formats, and which one a file is in |
 //! | `scene_file` | scene files: what other files hold, put together |
 //! | [`series`] | patterns of names; files that are steps of time of one volume |
+//! | `memory` | how much memory steps of time may take |
 //! | `options` | how a file is loaded, beside what it says itself |
 //! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
 //! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
@@ -28,6 +29,7 @@ mod format;
 mod input;
 mod lines;
 mod loaded;
+mod memory;
 mod mtl;
 mod mtl_check;
 mod obj;
@@ -46,6 +48,7 @@ mod volume;
 pub use error::LoadError;
 pub use format::{FORMATS, Format, SCENE_FILE, load, load_with};
 pub use loaded::{Loaded, Report};
+pub use memory::Memory;
 pub use options::{Options, Raw, RawParticles};
 pub use place::Place;
 pub use scene_file::{BUILT_IN, Changes, SavedParticles, SavedScene};

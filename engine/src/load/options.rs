@@ -1,5 +1,6 @@
 //! How a file is loaded, beside what it says itself.
 
+use super::memory::Memory;
 use super::place::Place;
 use super::volume::VoxelType;
 use crate::progress::Progress;
@@ -13,6 +14,8 @@ pub struct Options {
     pub raw: Option<Raw>,
     /// Of which particles such a file is full.
     pub raw_particles: Option<RawParticles>,
+    /// What steps of time may take that other files are loaded for.
+    pub memory: Memory,
     /// Where the bytes are counted that have been read.
     pub progress: Progress,
 }

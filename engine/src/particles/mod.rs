@@ -6,9 +6,11 @@
 //! | `spacing` | how far particles are apart, from which a radius can be guessed |
 //! | `elements` | chemical elements: symbols, radii, colours |
 //! | `attribute` | a number of each particle, in the type that it came in |
+//! | `source` | steps of time that are read when they are wanted |
 
 mod attribute;
 pub(crate) mod elements;
+mod source;
 mod spacing;
 mod tiling;
 
@@ -16,6 +18,7 @@ use std::sync::Arc;
 
 pub use attribute::{Attribute, Values};
 pub use elements::element_colors;
+pub use source::Source;
 pub use tiling::TilingError;
 
 use crate::volume::Statistics;
@@ -25,8 +28,10 @@ use crate::volume::Statistics;
 pub struct Particles {
     /// What people call them.
     pub name: String,
-    /// The steps of time, at least one.
-    pub steps: Vec<Arc<ParticleStep>>,
+    /// The steps of time, at least one; `None`: one that `source` has.
+    pub steps: Vec<Option<Arc<ParticleStep>>>,
+    /// What reads steps that are not in memory; `None`: all are.
+    pub source: Option<Arc<dyn Source>>,
 }
 
 /// The particles of one step.
@@ -62,6 +67,16 @@ impl ParticleStep {
         radius.into_iter().chain(attributes).collect()
     }
 
+    /// About the bytes that it takes once rays can find it: a fifth more than its numbers, and 8 bytes a particle.
+    pub fn bytes_shown(&self) -> u64 {
+        let values = self.attributes.iter().map(|attribute| match &attribute.values {
+            Values::F32(values) => size_of_val(&**values),
+            Values::U8(values) => values.len(),
+        });
+        let numbers = values.sum::<usize>() + 16 * self.centers.len();
+        (numbers + numbers / 5 + 8 * self.centers.len()) as u64
+    }
+
     /// Has each particle of this step what those of the other have? A step without particles goes with any.
     pub fn goes_with(&self, other: &Self) -> bool {
         let names = |step: &Self| step.attributes.iter().map(|attribute| attribute.name.clone()).collect::<Vec<_>>();
@@ -72,14 +87,24 @@ impl ParticleStep {
 }
 
 impl Particles {
-    /// A step that has particles, and so says which attributes there are; else the first.
-    pub fn sample(&self) -> Option<&Arc<ParticleStep>> {
-        self.steps.iter().find(|step| !step.centers.is_empty()).or(self.steps.first())
+    /// Particles all of whose steps are in memory.
+    pub fn in_memory(name: impl Into<String>, steps: Vec<Arc<ParticleStep>>) -> Self {
+        Self { name: name.into(), steps: steps.into_iter().map(Some).collect(), source: None }
     }
 
-    /// Particles of all steps.
+    /// The steps that are in memory.
+    pub fn read(&self) -> impl Iterator<Item = &Arc<ParticleStep>> {
+        self.steps.iter().flatten()
+    }
+
+    /// A step that has particles, and so says which attributes there are; else the first that is in memory.
+    pub fn sample(&self) -> Option<&Arc<ParticleStep>> {
+        self.read().find(|step| !step.centers.is_empty()).or(self.read().next())
+    }
+
+    /// Particles of all steps that are in memory.
     pub fn count(&self) -> usize {
-        self.steps.iter().map(|step| step.centers.len()).sum()
+        self.read().map(|step| step.centers.len()).sum()
     }
 
     /// Gives an attribute that has different types in different steps one type.
@@ -89,10 +114,10 @@ impl Particles {
             let is_u8 = |step: &Arc<ParticleStep>| {
                 step.attribute(name).is_none_or(|attribute| matches!(attribute.values, Values::U8(_)))
             };
-            if self.steps.iter().all(is_u8) {
+            if self.read().all(is_u8) {
                 continue;
             }
-            for step in self.steps.iter_mut().filter(|step| step.attribute(name).is_some() && is_u8(step)) {
+            for step in self.steps.iter_mut().flatten().filter(|step| step.attribute(name).is_some() && is_u8(step)) {
                 let all = Arc::make_mut(step).attributes.iter_mut();
                 for attribute in all.filter(|attribute| attribute.name == *name) {
                     attribute.values = Values::F32(attribute.values.to_f32().into_owned());
@@ -101,9 +126,9 @@ impl Particles {
         }
     }
 
-    /// Which values an attribute has in all steps together, and how often; `None`: there is none of this name.
+    /// Which values an attribute has in all steps in memory together, and how often; `None`: there is none of this name.
     pub fn statistics(&self, name: &str) -> Option<Statistics> {
-        let all: Vec<&Values> = self.steps.iter().filter_map(|step| Some(&step.attribute(name)?.values)).collect();
+        let all: Vec<&Values> = self.read().filter_map(|step| Some(&step.attribute(name)?.values)).collect();
         if all.is_empty() {
             return None;
         }
@@ -114,9 +139,9 @@ impl Particles {
         Some(Statistics::of_values(&all.iter().map(|values| values.to_f32()).collect::<Vec<_>>()))
     }
 
-    /// Which radii there are in all steps together, and how often; `None`: there is none.
+    /// Which radii there are in all steps in memory together, and how often; `None`: there is none.
     pub fn radius_statistics(&self) -> Option<Statistics> {
-        let radii: Vec<&[f32]> = self.steps.iter().map(|step| &*step.radii).filter(|radii| !radii.is_empty()).collect();
+        let radii: Vec<&[f32]> = self.read().map(|step| &*step.radii).filter(|radii| !radii.is_empty()).collect();
         (!radii.is_empty()).then(|| Statistics::of_values(&radii))
     }
 }
@@ -135,7 +160,7 @@ mod tests {
         let (first, second) = (step(2, Values::U8(vec![1, 7])), step(2, Values::F32(vec![-0.5, f32::NAN])));
         let empty = Arc::new(ParticleStep::default());
         let steps = vec![empty.clone(), first.clone(), second.clone()];
-        let mut particles = Particles { name: String::new(), steps };
+        let mut particles = Particles::in_memory("", steps);
         assert!(
             first.goes_with(&second)
                 && first.goes_with(&empty)
@@ -144,10 +169,10 @@ mod tests {
         let found = particles.statistics("kind").unwrap();
         assert_eq!((found.range, found.not_numbers), (Some([-0.5, 7.0]), 1));
         particles.unify();
-        assert_eq!(particles.steps[1].attributes[0].values, Values::F32(vec![1.0, 7.0]));
+        assert_eq!(particles.read().nth(1).unwrap().attributes[0].values, Values::F32(vec![1.0, 7.0]));
         assert_eq!(particles.sample().unwrap().kinds(), [("kind", "f32")]);
         assert_eq!((particles.count(), particles.statistics("none")), (4, None));
-        let bytes = Particles { name: String::new(), steps: vec![first.clone(), first] };
+        let bytes = Particles::in_memory("", vec![first.clone(), first]);
         assert_eq!(bytes.statistics("kind").unwrap().range, Some([1.0, 7.0]));
         assert_eq!(bytes.radius_statistics(), None);
     }

@@ -39,7 +39,7 @@ impl Particles {
     /// A radius for particles that have none: half of the mean distance of neighbours in the step with the most particles, so that it
     /// is the same in all steps; 1 where that says nothing.
     pub fn guessed_radius(&self) -> f32 {
-        let longest = self.steps.iter().max_by_key(|step| step.centers.len());
+        let longest = self.read().max_by_key(|step| step.centers.len());
         longest.and_then(|step| step.spacing()).map_or(1.0, |spacing| spacing / 2.0)
     }
 }
@@ -52,7 +52,7 @@ mod tests {
 
     fn radius(centers: impl Iterator<Item = [f32; 3]>) -> f32 {
         let step = ParticleStep { centers: centers.collect(), ..ParticleStep::default() };
-        Particles { name: String::new(), steps: vec![Arc::default(), Arc::new(step)] }.guessed_radius()
+        Particles::in_memory("", vec![Arc::default(), Arc::new(step)]).guessed_radius()
     }
 
     #[test]

@@ -8,9 +8,9 @@ use super::description::SceneDescription;
 use super::particle_look::{ColorBy, Map, ParticleLook};
 use super::volumes::Steps;
 use crate::accel::Build;
-use crate::geometry::{Cloud, Coloring, Cropping, Particles, TooManyParticles};
+use crate::geometry::{Cloud, CloudSeries, Coloring, Cropping, Particles, TooManyParticles};
 use crate::material::Phong;
-use crate::particles::{self, Attribute, ParticleStep, TilingError, Values, element_colors};
+use crate::particles::{self, Attribute, ParticleStep, Source, TilingError, Values, element_colors};
 use crate::volume::{ColorMap, Preset, TransferError, TransferFunction};
 
 /// Why particles cannot be shown as somebody asked for.
@@ -39,6 +39,9 @@ pub enum ParticleError {
     /// They cannot be repeated.
     #[error("{0} cannot be repeated: {1}")]
     Tiling(String, TilingError),
+    /// A step cannot be read: a line that says why.
+    #[error("{0}")]
+    Read(String),
     /// There are too many.
     #[error("{0}: {1}")]
     TooMany(String, TooManyParticles),
@@ -56,6 +59,15 @@ pub enum ParticleNote {
         particles: String,
         /// The radius.
         radius: f32,
+    },
+    /// Not all steps are in memory.
+    NotInMemory {
+        /// The particles.
+        particles: String,
+        /// How many are.
+        in_memory: usize,
+        /// How many there are.
+        steps: usize,
     },
     /// Colours.
     Colored {
@@ -90,6 +102,8 @@ pub fn show_particles(
         let (particles, count) = (first.name.clone(), first.steps.len());
         return Err(ParticleError::Step { particles, steps: count, step: steps.shown });
     }
+    let in_steps = scene.particles.iter().filter(|particles| particles.source.is_some()).count().max(1);
+    let steps = Steps { memory: steps.memory / in_steps as u64, ..steps };
     let mut said = std::mem::take(&mut scene.particle_looks).into_iter();
     let (mut notes, mut unsaid) = (Vec::new(), 0);
     for all in std::mem::take(&mut scene.particles) {
@@ -129,33 +143,88 @@ fn geometry(
         notes.push(ParticleNote::Guessed { particles: name.clone(), radius });
     }
     let count = all.steps.len().max(1);
-    let shown = if steps.all { 0..count } else { steps.shown % count..steps.shown % count + 1 };
-    let mut clouds = Vec::with_capacity(shown.len());
-    for (at, step) in all.steps.into_iter().enumerate() {
-        if shown.contains(&at) {
-            let mut step = Arc::unwrap_or_clone(step);
-            if let Some(attribute) = &look.radius_by {
-                let factor = look.radius.unwrap_or(1.0);
-                let radius = |attribute: &Attribute| attribute.values.to_f32().iter().map(|x| x * factor).collect();
-                step.radii = step.attribute(attribute).map(radius).unwrap_or_default();
-            } else if look.radius.is_some() {
-                step.radii.clear();
-            }
-            let step = tiled(step, look).map_err(|error| ParticleError::Tiling(name.clone(), error))?;
-            let cloud = Cloud::new(step, radius, build);
-            clouds.push(Arc::new(cloud.map_err(|error| ParticleError::TooMany(name.clone(), error))?));
-        }
-    }
-    if clouds.is_empty() {
-        let none = Cloud::new(ParticleStep::default(), radius, build);
-        clouds.push(Arc::new(none.map_err(|error| ParticleError::TooMany(name.clone(), error))?));
-    }
+    let at = steps.shown % count;
     let material = look.material.unwrap_or_else(|| scene.add_material("particles", grain(GRAIN)));
-    let particles = Particles::new(name, clouds, material);
-    let at = if steps.all { steps.shown } else { 0 };
-    let mut particles = particles.at(at);
+    let maker = Maker { look: look.clone(), name: name.clone(), radius, build: build.clone() };
+    let series = if steps.all {
+        series(all, maker, at, steps.memory)?
+    } else {
+        let step = all.steps.into_iter().nth(at).unwrap_or_default();
+        CloudSeries::new(vec![Arc::new(maker.cloud_of(step, all.source.as_deref(), at)?)])
+    };
+    if series.in_memory().len() < count && steps.all {
+        notes.push(ParticleNote::NotInMemory {
+            particles: name.clone(),
+            in_memory: series.in_memory().len(),
+            steps: count,
+        });
+    }
+    let particles = Particles::of_series(name, Arc::new(series), at, material);
+    let mut particles = particles.expect("the step that is shown is in memory");
     (particles.crops, particles.coloring) = (look.crops.clone(), coloring);
     Ok(particles)
+}
+
+/// The steps of particles: those in memory that fit into it, others are made when they are wanted.
+fn series(all: particles::Particles, maker: Maker, shown: usize, memory: u64) -> Result<CloudSeries, ParticleError> {
+    let particles::Particles { steps, source, .. } = all;
+    let mut clouds = Vec::with_capacity(steps.len());
+    let mut bytes = 0;
+    for (at, step) in steps.into_iter().enumerate() {
+        let fits = source.is_none() || (step.is_some() && bytes < memory);
+        if !fits && at != shown {
+            clouds.push(None);
+            continue;
+        }
+        let cloud = maker.cloud_of(step, source.as_deref(), at)?;
+        bytes += cloud.bytes() as u64;
+        clouds.push(Some(Arc::new(cloud)));
+    }
+    if clouds.is_empty() {
+        clouds.push(Some(Arc::new(Cloud::empty())));
+    }
+    Ok(match source {
+        Some(source) => {
+            let make = move |step| maker.cloud_of(None, Some(&*source), step).map_err(|error| error.to_string());
+            CloudSeries::made_when_wanted(clouds, Box::new(make), memory)
+        }
+        None => CloudSeries::new(clouds.into_iter().flatten().collect()),
+    })
+}
+
+/// Makes steps ready for rays.
+struct Maker {
+    look: ParticleLook,
+    name: String,
+    /// Of those that have none.
+    radius: f32,
+    build: Build,
+}
+
+impl Maker {
+    /// The cloud of a step, which is read if it is not in memory.
+    fn cloud_of(
+        &self,
+        step: Option<Arc<ParticleStep>>,
+        source: Option<&dyn Source>,
+        at: usize,
+    ) -> Result<Cloud, ParticleError> {
+        let mut step = match (step, source) {
+            (Some(step), _) => Arc::unwrap_or_clone(step),
+            (None, Some(source)) => source.read(at).map_err(ParticleError::Read)?,
+            (None, None) => ParticleStep::default(),
+        };
+        let look = &self.look;
+        if let Some(attribute) = &look.radius_by {
+            let factor = look.radius.unwrap_or(1.0);
+            let radius = |attribute: &Attribute| attribute.values.to_f32().iter().map(|x| x * factor).collect();
+            step.radii = step.attribute(attribute).map(radius).unwrap_or_default();
+        } else if look.radius.is_some() {
+            step.radii.clear();
+        }
+        let step = tiled(step, look).map_err(|error| ParticleError::Tiling(self.name.clone(), error))?;
+        Cloud::new(step, self.radius, &self.build).map_err(|error| ParticleError::TooMany(self.name.clone(), error))
+    }
 }
 
 /// The colour of particles where nothing decides about it, linear RGB.
@@ -229,12 +298,12 @@ fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Colori
     Ok(Some(Coloring { attribute: name.to_owned(), map: Arc::new(ColorMap::new(&function, range)) }))
 }
 
-/// The least and the greatest finite value of an attribute in all steps; 0 to 1 if there is none.
+/// The least and the greatest finite value of an attribute in all steps that are in memory; 0 to 1 if there is none.
 fn range_of(all: &particles::Particles, name: &str) -> [f32; 2] {
     let ends = |step: &Arc<ParticleStep>| {
         let values = &step.attribute(name)?.values;
         let finite = (0..values.len()).map(|i| values.get(i)).filter(|value| value.is_finite());
         finite.map(|value| [value; 2]).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     };
-    all.steps.iter().filter_map(ends).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or([0.0, 1.0])
+    all.read().filter_map(ends).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or([0.0, 1.0])
 }

@@ -13,12 +13,21 @@ use crate::view::Up;
 use crate::volume::{Grid, GridError, Statistics, TransferFunction, Volume};
 
 /// Which steps of time are made ready.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Steps {
     /// The one that is shown, from 0.
     pub shown: usize,
     /// All may be shown later; else there is only this one.
     pub all: bool,
+    /// So many bytes are for steps of particles that can be read again when they are wanted.
+    pub memory: u64,
+}
+
+impl Default for Steps {
+    /// The first, and no other.
+    fn default() -> Self {
+        Self { shown: 0, all: false, memory: u64::MAX }
+    }
 }
 
 /// What people should know of what volumes are shown as, a line each.
@@ -261,7 +270,7 @@ mod tests {
         let values: Vec<_> = surfaces.map(|one| (one.name.as_str(), one.values.clone())).collect();
         assert_eq!(values, [("a", vec![3.5]), ("b", vec![2.0, 90.0]), ("c", vec![4.5])]);
         assert_eq!(notes.warnings, ["b has no surface at 90: its values are from 0 to 7"]);
-        let error = show(&mut scene, others, Steps { shown: 1, all: true }).unwrap_err();
+        let error = show(&mut scene, others, Steps { shown: 1, all: true, ..Steps::default() }).unwrap_err();
         assert_eq!(error.to_string(), "a has 1 step of time, from 0; there is no step 1");
     }
 }

@@ -1,6 +1,6 @@
 //! PLY with particles: encodings, types, columns, other elements.
 
-use super::{Folder, gzip, kinds, values};
+use super::{Folder, gzip, kinds, only_particles, steps, values};
 
 /// The types of PLY by their two names, with their bytes.
 const TYPES: [(&str, &str, usize); 8] = [
@@ -97,7 +97,7 @@ fn columns_get_their_meaning_by_name() {
     for encoding in ENCODINGS {
         let loaded = folder.load("a.ply", file(encoding, header, &rows)).unwrap();
         assert!(loaded.report.warnings[0].ends_with("a.ply:8: lists of vertices are left out"), "{:?}", loaded.report);
-        let step = &super::only_particles(&loaded).steps[0];
+        let [step] = &steps(only_particles(&loaded));
         assert_eq!(step.centers, [[1.0, 2.0, 3.0], [5.0, 6.0, 7.0]]);
         assert_eq!(step.radii, [1.0, 1.0]);
         let expected = [
@@ -122,7 +122,7 @@ fn what_is_not_finite_is_left_out_and_counted() {
     let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float \
                 radius\nproperty uchar kind\nend_header\n0 0 0 1 1\nnan 0 0 1 2\n0 -inf 0 1 3\n1 2 3 nan 4\n";
     let loaded = folder.load("a.ply", text).unwrap();
-    let step = &super::only_particles(&loaded).steps[0];
+    let [step] = &steps(only_particles(&loaded));
     assert_eq!((step.centers.len(), values(step, "kind")), (2, vec![1.0, 4.0]));
     assert_eq!([loaded.report.census.count("particles"), loaded.report.census.left_out()], [4, 2]);
     assert!(
@@ -139,7 +139,7 @@ fn far_coordinates_are_moved() {
                 458712.25 5428771.5 112\n458722.25 5428781.5 113\n458712 5428781 112\n458722 5428771 113";
     let loaded = folder.load("a.ply", text).unwrap();
     assert!(loaded.report.warnings[0].contains("far from the origin"), "{:?}", loaded.report);
-    let step = &super::only_particles(&loaded).steps[0];
+    let [step] = &steps(only_particles(&loaded));
     assert_eq!(loaded.place.back(step.centers[1]), [458_722.25, 5_428_781.5, 113.0]);
 }
 

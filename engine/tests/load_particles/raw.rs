@@ -2,7 +2,7 @@
 
 use mobula::load::{Options, RawParticles, VoxelType, load_with};
 
-use super::{Folder, gzip, kinds, only_particles, values};
+use super::{Folder, gzip, kinds, only_particles, steps, values};
 
 fn options(layout: &str, kind: VoxelType, big_endian: bool) -> Options {
     let columns = layout.split(',').map(|name| (name != "_").then(|| name.to_owned())).collect();
@@ -22,7 +22,7 @@ fn numbers_of_either_order() {
         let options = options("x,y,z,radius,_,speed", kind, big_endian);
         for (name, file) in [("a.raw", bytes.clone()), ("a.bin.gz", gzip(&bytes)), ("a", bytes)] {
             let loaded = load_with(&folder.write(name, file), &options).unwrap();
-            let step = &only_particles(&loaded).steps[0];
+            let [step] = &steps(only_particles(&loaded));
             assert_eq!(step.centers, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
             assert_eq!((&*step.radii, values(step, "speed")), (&[0.5, 0.25][..], vec![7.0, 8.0]));
             assert_eq!(kinds(step), [("radius", "f32"), ("speed", "f32")]);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mobula::load::load;
 
-use super::{kinds, only_particles};
+use super::{kinds, only_particles, steps};
 
 /// The folder with particles that are not part of the repository; `None`, with the reason printed, if it is not there.
 fn folder() -> Option<PathBuf> {
@@ -36,6 +36,6 @@ fn particles_of_others_load() {
         assert_eq!(loaded.report.warnings, [""; 0]);
         let particles = only_particles(&loaded);
         assert_eq!((particles.name.as_str(), particles.count()), (name, count));
-        assert_eq!(kinds(&particles.steps[0]), expected);
+        assert_eq!(kinds(&steps::<1>(particles)[0]), expected);
     }
 }

@@ -1,6 +1,6 @@
 //! Tables of text: CSV, XYZ, dumps of LAMMPS.
 
-use super::{Folder, gzip, kinds, only_particles, values};
+use super::{Folder, gzip, kinds, only_particles, steps, values};
 
 #[test]
 fn csv_with_any_separator() {
@@ -33,7 +33,7 @@ fn csv_with_less() {
     assert_eq!(folder.warning("a.csv", text), "a.csv: column 'name' is text, which is left out");
     assert!(folder.warning("a.csv", "1,2,3,4\n5,6,7,8\n").ends_with("the first three are taken for x, y and z"));
     let loaded = folder.load("a.xyz", "1 2 3 4\n5 6 7 8\n").unwrap();
-    assert_eq!(kinds(&only_particles(&loaded).steps[0]), [("column 4", "f32")]);
+    assert_eq!(kinds(&steps::<1>(only_particles(&loaded))[0]), [("column 4", "f32")]);
     let element = folder.step("a.csv", "x,y,z,element\n1,2,3,O\n4,5,6,Na\n");
     assert_eq!((kinds(&element), values(&element, "element")), (vec![("element", "u8")], vec![8.0, 11.0]));
     for (text, expected) in [
@@ -61,7 +61,7 @@ fn xyz_with_several_frames() {
         [("a.xyz", text.as_bytes().to_vec()), ("a.xyz.gz", gzip(text.as_bytes())), ("unnamed", text.into())]
     {
         let particles = folder.particles(name, file);
-        let [first, second] = &particles.steps[..] else { panic!() };
+        let [first, second] = &steps(&particles);
         assert_eq!((first.centers[0], second.centers[0]), ([0.0, 0.0, 0.1], [0.0, 0.0, 0.2]));
         assert_eq!((values(first, "element"), values(second, "element")), (vec![8.0, 1.0, 1.0], vec![8.0, 1.0, 0.0]));
         assert_eq!((&*first.radii, &*second.radii), (&[1.52, 1.1, 1.1][..], &[1.52, 1.1, 2.0][..]));
@@ -70,7 +70,7 @@ fn xyz_with_several_frames() {
     let extended = "2\nLattice=\"4 0 0 0 5 0 0 0 6\" Properties=id:I:1:species:S:1:pos:R:3:velo:R:3 Time=0\n\
                     1 C 1 2 3 0 3 4\n2 Fe 4 5 6 0 0 1\n0\n\n";
     let particles = folder.particles("a.extxyz", extended);
-    let [step, empty] = &particles.steps[..] else { panic!() };
+    let [step, empty] = &steps(&particles);
     assert_eq!(
         kinds(step).iter().map(|kind| kind.0).collect::<Vec<_>>(),
         ["radius", "id", "element", "vx", "vy", "vz", "speed"]
@@ -115,7 +115,7 @@ fn dumps_of_lammps() {
         ("unnamed", text.clone().into()),
     ] {
         let particles = folder.particles(name, file);
-        let [first, second] = &particles.steps[..] else { panic!() };
+        let [first, second] = &steps(&particles);
         assert_eq!(first.centers, [[0.5, 0.5, 0.0], [0.0, 0.0, 1.0]]);
         assert_eq!(second.centers, [[1.0, 1.0, 5.0], [-1.0, 0.0, 6.0]]);
         assert_eq!(kinds(first), [("id", "f32"), ("type", "f32")]);

@@ -80,7 +80,7 @@ impl Viewer {
         let mut coloured = state.stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref());
         let legend = coloured.find_map(legend);
         screen.lock().legend.clone_from(&legend);
-        let volumes = VolumeControls::new(state, titles);
+        let volumes = VolumeControls::new(state, titles, &handle);
         let axis = state.stack.scene.up;
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
@@ -414,7 +414,7 @@ fn draw_at_once(
 }
 
 /// Tells people something on standard error. A window goes on when nobody can be told.
-fn tell(text: std::fmt::Arguments<'_>) {
+pub(super) fn tell(text: std::fmt::Arguments<'_>) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 

@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use super::news::Titles;
-use crate::app::{State, Volumes};
+use super::viewer::tell;
+use crate::app::{State, Streamer, Volumes};
 use crate::load::Changes;
 use crate::medium::Volume;
 use crate::pipeline::Handle;
@@ -29,11 +30,18 @@ pub(super) struct VolumeControls {
     per_second: f64,
     /// When the next step is due, while time goes on.
     due: Option<Instant>,
+    /// Shows steps that are not all in memory.
+    streamer: Option<Streamer>,
 }
 
 impl VolumeControls {
-    /// For the volumes of a state.
-    pub(super) fn new(state: &State, titles: &Titles) -> Self {
+    /// For the volumes and particles of a state.
+    pub(super) fn new(state: &State, titles: &Titles, handle: &Handle<State>) -> Self {
+        let problem = |problem: &str| tell(format_args!("mobula: warning: {problem}"));
+        let streamer = Streamer::start(state, handle.clone(), problem).unwrap_or_else(|error| {
+            problem(&format!("steps of time that are not in memory cannot be shown: {error}"));
+            None
+        });
         let shown = state.volumes();
         let first_crop = shown.crop.as_ref().map(|(_, shown, _)| *shown);
         let media = state.stack.scene.media.iter().filter_map(|medium| medium.downcast_ref::<Volume>());
@@ -52,6 +60,7 @@ impl VolumeControls {
                 .and_then(|time| time.step)
                 .map_or(SPEED, |seconds| (1.0 / seconds).clamp(1e-3, 1e3)),
             due: None,
+            streamer,
         }
     }
 
@@ -117,7 +126,10 @@ impl VolumeControls {
         if *steps > 1 {
             *step = (*step as isize + by).rem_euclid(*steps as isize) as usize;
             let step = *step;
-            handle.send("step", move |state| state.set_step(step));
+            match &self.streamer {
+                Some(streamer) => streamer.show(step),
+                None => drop(handle.send("step", move |state| state.set_step(step))),
+            }
         }
     }
 
@@ -137,6 +149,10 @@ impl VolumeControls {
     /// Goes on to the next step if it is due. Returns when the next will be.
     pub(super) fn tick(&mut self, handle: &Handle<State>) -> Option<Instant> {
         let due = self.due?;
+        // A picture of the step follows; then it is looked again.
+        if self.waits() {
+            return None;
+        }
         let now = Instant::now();
         if now >= due {
             if !self.repeats && self.shown.step + 1 >= self.shown.steps {
@@ -148,6 +164,11 @@ impl VolumeControls {
             self.due = Some((due + Duration::from_secs_f64(1.0 / self.per_second)).max(now));
         }
         self.due
+    }
+
+    /// Is a step read that was asked for?
+    fn waits(&self) -> bool {
+        self.streamer.as_ref().is_some_and(Streamer::waits)
     }
 
     /// The particles that are shown, if that was changed.
@@ -171,6 +192,9 @@ impl VolumeControls {
         }
         if self.shown.steps > 1 {
             text += &format!(", step {} of {}", self.shown.step, self.shown.steps);
+            if self.waits() {
+                text += " (being read)";
+            }
             if self.due.is_some() {
                 text += &format!(", {} a second", rounded(self.per_second, 0.01));
             }

@@ -151,7 +151,7 @@ impl<'a> Frames<'a> {
         self.warnings.extend(warning);
         // What is shared would be copied when types are unified.
         self.first = None;
-        let mut particles = Particles { name: display_name(self.file), steps: self.steps };
+        let mut particles = Particles::in_memory(display_name(self.file), self.steps);
         particles.unify();
         let scene = SceneDescription {
             name: particles.name.clone(),

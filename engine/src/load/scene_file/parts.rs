@@ -9,7 +9,8 @@ use toml::Spanned;
 use super::keys::Files;
 use super::text::{Text, shortened};
 use crate::load::place::Place;
-use crate::load::{LoadError, Loaded, Options, Raw, Report, input, series};
+use crate::load::series::{self, Gathering};
+use crate::load::{LoadError, Loaded, Options, Raw, Report, input};
 use crate::{builtin, generate};
 
 /// Loads a file that is no scene file itself.
@@ -68,23 +69,25 @@ impl<'a> Parts<'a> {
     }
 
     fn open(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
-        let mut loaded = Vec::new();
+        let mut all = Gathering::new(self.options);
         for name in &names.get_ref().0 {
             if name.starts_with(generate::PREFIX) {
                 let part = self.generated(name, names.span())?;
                 self.place.get_or_insert(part.place);
-                loaded.push((name.into(), part));
+                all.add(name.into(), part);
                 continue;
             }
             for path in self.find(name, names.span())? {
-                let options =
-                    Options { place: self.place, raw, raw_particles: None, progress: self.options.progress.clone() };
+                if all.defers(&path) {
+                    continue;
+                }
+                let options = Options { place: self.place, raw, raw_particles: None, ..self.options.clone() };
                 let part = (self.load)(&path, &options)?;
                 self.place.get_or_insert(part.place);
-                loaded.push((path, part));
+                all.add(path, part);
             }
         }
-        Ok(series::join(loaded).into_iter().map(|joined| joined.loaded).collect())
+        Ok(all.join().into_iter().map(|joined| joined.loaded).collect())
     }
 
     /// The files that a name means: regular ones only, since a name could be that of a pipe or a device.
