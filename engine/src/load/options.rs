@@ -14,7 +14,7 @@ pub struct Options {
     pub raw: Option<Raw>,
     /// Of which particles such a file is full.
     pub raw_particles: Option<RawParticles>,
-    /// What steps of time may take that other files are loaded for.
+    /// How much memory steps of particles may take: see [`Gathering`](super::series::Gathering).
     pub memory: Memory,
     /// Where the bytes are counted that have been read.
     pub progress: Progress,

@@ -15,7 +15,7 @@ pub use names::expand;
 use names::{Part, differ_at, name, numbered};
 use source::Files;
 
-use super::{Loaded, Options};
+use super::{Loaded, Options, SCENE_FILE};
 use crate::particles::Particles;
 use crate::scene::SceneDescription;
 use crate::volume::Grid;
@@ -69,8 +69,11 @@ impl<'a> Gathering<'a> {
 
     /// Adds what is in a file.
     pub fn add(&mut self, file: PathBuf, loaded: Loaded) {
-        let steps = loaded.scene.particles.iter().flat_map(Particles::read);
-        self.options.memory.take(steps.map(|step| step.bytes_shown()).sum());
+        // A scene file has counted its own.
+        if loaded.report.format != SCENE_FILE {
+            let steps = loaded.scene.particles.iter().flat_map(Particles::read);
+            self.options.memory.take(steps.map(|step| step.bytes_shown()).sum());
+        }
         let parts = numbered(&file.to_string_lossy());
         let fits = |series: &mut Series| series.admits(&parts) && alike(series.first(), &loaded);
         let at = self.list.iter_mut().position(fits).unwrap_or(self.list.len());
@@ -85,6 +88,7 @@ impl<'a> Gathering<'a> {
         self.list.into_iter().map(|series| series.join(self.options)).collect()
     }
 }
+
 /// Are both one volume of the same samples, or particles with the same attributes, and nothing else?
 fn alike(a: &Loaded, b: &Loaded) -> bool {
     let parts = |loaded: &Loaded| {
