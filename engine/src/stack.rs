@@ -20,6 +20,7 @@ use crate::image::FrameBuffer;
 use crate::packet::{AnyHitPacket, Column, Columns3, Packet, SubPacket, columns3, optical_depth};
 use crate::pipeline::fault::scope;
 use crate::scratch::ForWidth;
+use crate::shading;
 pub use crate::traverse::Fragment;
 use crate::view::{Up, View};
 
@@ -258,7 +259,11 @@ impl Materials {
         }
     }
 
-    fn depth(&self, index: u32) -> u32 {
+    /// How deep a surface of a material is that stops itself so much of the light.
+    fn depth(&self, index: u32, opacity: f32) -> u32 {
+        if opacity < 1.0 {
+            return optical_depth(opacity * self.get(index).opacity());
+        }
         self.depths[index.min(self.last()) as usize]
     }
 }
@@ -308,8 +313,9 @@ impl Scene {
         packet.rays().check();
         let depth = |geometry: u32, primitive: u32| {
             let mut material = [0];
-            let all = self.geometry.get(geometry).materials(&[primitive], &mut material);
-            self.materials.depth(all.unwrap_or(material[0]))
+            let geometry = self.geometry.get(geometry);
+            let all = geometry.materials(&[primitive], &mut material);
+            self.materials.depth(all.unwrap_or(material[0]), geometry.opacity(primitive))
         };
         let light = Translucent { materials: &self.materials.transparent, last: self.materials.last(), depths: &depth };
         let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, &light));
@@ -324,7 +330,7 @@ impl Scene {
                 Some((geometry, material)) => {
                     let name = &self.materials.scopes[material as usize];
                     let hits = &mut packet.sub_packet(run, Some(self.geometry.get(geometry)));
-                    scope(name, || self.materials.get(material).shade(context, hits));
+                    scope(name, || shading::shade(context, self.materials.get(material), hits));
                 }
             }
         }

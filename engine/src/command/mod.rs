@@ -7,6 +7,7 @@ mod failure;
 mod histogram;
 mod info;
 mod manual;
+mod particle_options;
 mod particles;
 mod progress;
 mod raw;

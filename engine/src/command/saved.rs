@@ -6,7 +6,8 @@ use mobula::light::Point;
 use mobula::load::{FORMATS, Place, SavedParticles, SavedScene};
 use mobula::scene::SceneDescription;
 
-use super::args::{ParticleOptions, SceneOptions};
+use super::args::SceneOptions;
+use super::particle_options::{Crop, ParticleOptions, Range, Tile};
 use super::values;
 
 /// The scene, after it was decided what its volumes are shown as. None where no scene file can say what it is: one of several files is a
@@ -50,20 +51,20 @@ pub(crate) fn scene(
 
 /// What the options say of particles. None where a scene file cannot say it: several ranges of one attribute.
 fn particles(options: &ParticleOptions) -> Option<SavedParticles> {
-    let ParticleOptions { radius, radius_by, tile, periodic_box, color_by, map, range, crop } = options;
-    let only = |crop: &values::Crop| match crop.ranges[..] {
+    let ParticleOptions { radius, radius_by, tile, periodic_box, color_by, map, range, crop, .. } = options;
+    let only = |crop: &Crop| match crop.ranges[..] {
         [range] if range.iter().all(|end| end.is_finite()) => Some((crop.attribute.clone(), range)),
         _ => None,
     };
     Some(SavedParticles {
         radius: *radius,
         radius_by: radius_by.clone(),
-        tile: tile.map(|values::Tile(times)| times),
+        tile: tile.map(|Tile(times)| times),
         sides: periodic_box.map(|values::Lengths(sides)| sides),
         crops: crop.iter().map(only).collect::<Option<_>>()?,
         color_by: color_by.clone(),
         map: map.as_ref().map(ToString::to_string),
-        range: range.map(|values::Range(range)| range),
+        range: range.map(|Range(range)| range),
     })
 }
 

@@ -89,7 +89,8 @@ impl Geometries {
             let below = |number: u32| members.iter().filter(|m| m.geometry < number).map(|m| m.count).sum();
             let below = (0..list.len() as u32).map(below).collect();
             let materials = materials_of(numbers.iter().map(|&number| &*list[number]));
-            groups.push(Group { structure, members, materials, below });
+            let translucent = numbers.iter().any(|&number| list[number].is_translucent());
+            groups.push(Group { structure, members, materials, translucent, below });
         }
         Ok(Self { list, groups, census, censuses, places })
     }
@@ -158,6 +159,7 @@ impl Geometries {
             let members: Vec<_> = group.members.iter().map(|member| list[member.geometry as usize].clone()).collect();
             group.structure.refit(&members);
             group.materials = materials_of(members.iter().map(|member| &**member));
+            group.translucent = members.iter().any(|member| member.is_translucent());
         }
         for number in (0..list.len()).filter(|&number| !same(number)) {
             self.censuses[number] = list[number].census();

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::description::SceneDescription;
-use super::particle_look::{ColorBy, Map, ParticleLook};
+use super::particle_look::{ColorBy, Map, OpacityBy, ParticleLook};
 use super::volumes::Steps;
 use crate::accel::Build;
-use crate::geometry::{Cloud, Coloring, Cropping, Particles, TooManyParticles};
+use crate::geometry::{Cloud, Coloring, Cropping, Opacity, OpacityCurve, Particles, TooManyParticles};
 use crate::material::Phong;
 use crate::particles::{self, Attribute, ParticleStep, TilingError, Values, element_colors};
 use crate::volume::{ColorMap, Preset, TransferError, TransferFunction};
@@ -45,6 +45,9 @@ pub enum ParticleError {
     /// A colour map is none.
     #[error("{0}: {1}")]
     Map(String, TransferError),
+    /// An opacity of all is none.
+    #[error("{0}: an opacity is from 0 to 1, which {1} is not")]
+    Opacity(String, f32),
 }
 
 /// What was chosen where nobody said anything.
@@ -119,6 +122,7 @@ fn geometry(
         known(&all, attribute)?;
     }
     let coloring = coloring(&all, &look.color)?;
+    let opacity = opacity(&all, look)?;
     if let (Some(Coloring { attribute, map }), ColorBy::Auto) = (&coloring, &look.color) {
         let [low, high] = map.range();
         let (attribute, map) = (attribute.clone(), map.name.clone());
@@ -154,7 +158,7 @@ fn geometry(
     let particles = Particles::new(name, clouds, material);
     let at = if steps.all { steps.shown } else { 0 };
     let mut particles = particles.at(at);
-    (particles.crops, particles.coloring) = (look.crops.clone(), coloring);
+    (particles.crops, particles.coloring, particles.opacity) = (look.crops.clone(), coloring, opacity);
     Ok(particles)
 }
 
@@ -227,6 +231,17 @@ fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Colori
     };
     let function = function.map_err(|error| ParticleError::Map(all.name.clone(), error))?;
     Ok(Some(Coloring { attribute: name.to_owned(), map: Arc::new(ColorMap::new(&function, range)) }))
+}
+
+fn opacity(all: &particles::Particles, look: &ParticleLook) -> Result<Opacity, ParticleError> {
+    let factor = look.opacity.unwrap_or(1.0);
+    if !(0.0..=1.0).contains(&factor) {
+        return Err(ParticleError::Opacity(all.name.clone(), factor));
+    }
+    let Some(OpacityBy { name, curve }) = &look.opacity_by else { return Ok(Opacity::All(factor)) };
+    known(all, name)?;
+    let curve = curve.clone().unwrap_or_else(|| OpacityCurve::rising(range_of(all, name)));
+    Ok(Opacity::By { attribute: name.clone(), curve: curve.scaled(factor) })
 }
 
 /// The least and the greatest finite value of an attribute in all steps; 0 to 1 if there is none.

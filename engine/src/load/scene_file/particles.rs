@@ -93,6 +93,8 @@ impl Particles {
             material: self.material,
             crops: self.crop.iter().map(crop).collect(),
             color,
+            opacity: None,
+            opacity_by: None,
         }
     }
 }
