@@ -33,11 +33,13 @@
 //! ```
 
 mod components;
+mod particles;
 mod settings;
 mod state;
 mod volumes;
 
 pub use components::Components;
+pub use particles::{ShownAttribute, ShownParticles};
 pub use settings::{AppError, Settings, pipeline, pipeline_with_geometry};
 pub use state::{Chosen, RayCounts, RenderFrames, State};
 pub use volumes::Volumes;

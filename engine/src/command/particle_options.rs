@@ -145,19 +145,25 @@ fn ends(text: &str) -> Option<[f32; 2]> {
 }
 
 impl ParticleOptions {
-    /// The options as names and values.
+    /// Those that say which attribute decides about colours, and how, as names and values.
+    #[cfg(feature = "window")]
+    pub(crate) fn color_words(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let map = self.map.as_ref().map(Transfer::to_string);
+        let words =
+            [("color-by", self.color_by.clone()), ("map", map), ("range", self.range.map(|Range(ends)| joined(&ends)))];
+        words.into_iter().filter_map(|(name, value)| Some((name, value?)))
+    }
+
+    /// The others, as names and values.
     #[cfg(feature = "window")]
     pub(crate) fn words(&self) -> Vec<(&'static str, String)> {
-        let Self { radius, radius_by, tile, periodic_box, color_by, map, range, crop, opacity, opacity_by } = self;
+        let Self { radius, radius_by, tile, periodic_box, crop, opacity, opacity_by, .. } = self;
         let mut words = Vec::new();
         let mut option = |name, value: Option<String>| words.extend(value.map(|value| (name, value)));
         option("radius", radius.map(|radius| radius.to_string()));
         option("radius-by", radius_by.clone());
         option("tile", tile.map(|Tile(times)| joined(&times)));
         option("box", periodic_box.map(|Lengths(sides)| joined(&sides)));
-        option("color-by", color_by.clone());
-        option("map", map.as_ref().map(Transfer::to_string));
-        option("range", range.map(|Range(ends)| joined(&ends)));
         for Crop { attribute, ranges } in crop {
             option("crop", Some(format!("{attribute}={}", joined(ranges.as_flattened()))));
         }

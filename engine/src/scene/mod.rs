@@ -26,6 +26,7 @@ mod volumes;
 pub use build::{build, with_geometry};
 pub use description::{Object, SceneDescription};
 pub use particle_look::{ColorBy, Map, OpacityBy, ParticleLook};
+pub(crate) use particles::color_map;
 pub use particles::{GRAIN, ParticleError, ParticleNote, grain, show_particles};
 pub use rendering::{Rendering, Time};
 pub use shown::{Shown, Transfer};

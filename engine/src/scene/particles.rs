@@ -209,7 +209,21 @@ fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Colori
         }
     };
     let whole = sample.and_then(|step| step.attribute(name)).is_some_and(|one| matches!(one.values, Values::U8(_)));
-    let map = map.unwrap_or(match name {
+    let map = color_map(name, whole, map, range, || range_of(all, name));
+    let map = map.map_err(|error| ParticleError::Map(all.name.clone(), error))?;
+    Ok(Some(Coloring { attribute: name.to_owned(), map: Arc::new(map) }))
+}
+
+/// The colours of an attribute, which may have `whole` numbers only: those of a map, or as go with it. `range` are the values at the ends
+/// of the map, usually `all` that there are.
+pub(crate) fn color_map(
+    attribute: &str,
+    whole: bool,
+    map: Option<Map>,
+    range: Option<[f32; 2]>,
+    all: impl FnOnce() -> [f32; 2],
+) -> Result<ColorMap, TransferError> {
+    let map = map.unwrap_or(match attribute {
         "element" => Map::Elements,
         _ if whole => Map::Labels,
         _ => Map::Preset(Preset::Viridis),
@@ -217,20 +231,19 @@ fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Colori
     let range = match (&map, range) {
         (_, Some(range)) => range,
         (Map::Elements, None) => [0.0, 118.0],
-        _ => range_of(all, name),
+        _ => all(),
     };
     let function = match map {
-        Map::Preset(preset) => Ok(Arc::new(preset.function(range.map(f64::from)))),
+        Map::Preset(preset) => Arc::new(preset.function(range.map(f64::from))),
         Map::Labels => {
             let first = range[0].floor().clamp(-1e9, 1e9) as i32;
-            TransferFunction::labels("labels", (0..=(range[1] - range[0]).clamp(0.0, 4095.0) as i32).map(|i| first + i))
-                .map(Arc::new)
+            let numbers = (0..=(range[1] - range[0]).clamp(0.0, 4095.0) as i32).map(|i| first + i);
+            Arc::new(TransferFunction::labels("labels", numbers)?)
         }
-        Map::Elements => element_colors().map(Arc::new),
-        Map::Function(function) => Ok(function),
+        Map::Elements => Arc::new(element_colors()?),
+        Map::Function(function) => function,
     };
-    let function = function.map_err(|error| ParticleError::Map(all.name.clone(), error))?;
-    Ok(Some(Coloring { attribute: name.to_owned(), map: Arc::new(ColorMap::new(&function, range)) }))
+    Ok(ColorMap::new(&function, range))
 }
 
 fn opacity(all: &particles::Particles, look: &ParticleLook) -> Result<Opacity, ParticleError> {

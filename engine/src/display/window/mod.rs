@@ -18,6 +18,7 @@ mod connection;
 mod keys;
 mod navigation;
 mod news;
+mod particles;
 mod screen;
 mod strips;
 mod viewer;

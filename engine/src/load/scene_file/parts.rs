@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 
-use super::keys::Files;
+use super::object_keys::Files;
 use super::text::{Text, shortened};
 use crate::load::place::Place;
-use crate::load::{LoadError, Loaded, Options, Raw, Report, input, series};
+use crate::load::{LoadError, Loaded, Options, Raw, RawParticles, Report, input, series};
 use crate::{builtin, generate};
 
 /// Loads a file that is no scene file itself.
@@ -17,6 +17,13 @@ pub(super) type Load<'a> = &'a dyn Fn(&Path, &Options) -> Result<Loaded, LoadErr
 
 /// So many objects may name the same files: what each makes of them takes memory.
 const MOST_TIMES: usize = 16;
+
+/// What a scene file says of files of nothing but numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RawFiles {
+    pub(super) voxels: Option<Raw>,
+    pub(super) particles: Option<RawParticles>,
+}
 
 /// What is loaded, and how.
 pub(super) struct Parts<'a> {
@@ -49,8 +56,8 @@ impl<'a> Parts<'a> {
     }
 
     /// What is in the files that names mean, steps of time of one volume joined.
-    pub(super) fn get(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
-        if raw.is_some() {
+    pub(super) fn get(&mut self, names: &Spanned<Files>, raw: &RawFiles) -> Result<Vec<Loaded>, LoadError> {
+        if raw.voxels.is_some() || raw.particles.is_some() {
             // What is in them may differ each time.
             return self.open(names, raw);
         }
@@ -67,7 +74,7 @@ impl<'a> Parts<'a> {
         Ok(opened)
     }
 
-    fn open(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
+    fn open(&mut self, names: &Spanned<Files>, raw: &RawFiles) -> Result<Vec<Loaded>, LoadError> {
         let mut loaded = Vec::new();
         for name in &names.get_ref().0 {
             if name.starts_with(generate::PREFIX) {
@@ -77,8 +84,9 @@ impl<'a> Parts<'a> {
                 continue;
             }
             for path in self.find(name, names.span())? {
-                let options =
-                    Options { place: self.place, raw, raw_particles: None, progress: self.options.progress.clone() };
+                let RawFiles { voxels: raw, particles: raw_particles } = raw.clone();
+                let progress = self.options.progress.clone();
+                let options = Options { place: self.place, raw, raw_particles, progress };
                 let part = (self.load)(&path, &options)?;
                 self.place.get_or_insert(part.place);
                 loaded.push((path, part));
