@@ -1,5 +1,5 @@
-//! What materials share: points to shade, what reaches them from lights, and rays that go on from them.
-//! And what is behind hits that are opaque in part.
+//! What materials share: points to shade, what reaches them from lights, and rays that go on from them. What renderers
+//! share: rays that go on through what is opaque in part.
 
 mod points;
 mod secondary;
@@ -9,4 +9,4 @@ mod through;
 pub use points::Points;
 pub use secondary::trace;
 pub use shadow::illuminate;
-pub use through::{see_through, shade};
+pub use through::see_through;

@@ -1,34 +1,12 @@
 //! What is seen behind hits that stop only a part of the light, as translucent particles do: layer by layer, from front to back, so that
 //! thousands of layers take no more room than one.
 
-use glam::Vec3;
 use mobula_core::Properties;
 
 use super::secondary::LEAST_WEIGHT;
-use crate::packet::{Column, Packet, SubPacket, add_vec3, vec3};
+use crate::packet::{Column, Packet, add_vec3, vec3};
 use crate::scratch::{ForWidth, Lent, lend};
-use crate::stack::{Context, Material};
-
-/// Colours hits by their material, as far as they are [opaque](crate::packet::Surface::opacities); what is not opaque at all is not
-/// shaded.
-pub fn shade(context: &Context<'_>, material: &dyn Material, hits: &mut SubPacket<'_>) {
-    let opacities: &mut Column<f32> = &mut lend(context.width);
-    let opacities = &mut opacities[..hits.len()];
-    if !hits.own_opacities(opacities) {
-        return material.shade(context, hits);
-    }
-    let mut start = 0;
-    for alike in opacities.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)) {
-        let part = &mut hits.sub_packet(start..start + alike.len());
-        start += alike.len();
-        if alike[0] > 0.0 {
-            material.shade(context, part);
-        } else {
-            part.fill_color(Vec3::ZERO);
-        }
-        part.fade(alike);
-    }
-}
+use crate::stack::Context;
 
 /// Adds to the colours of a packet what comes [through](Packet::through) its hits. `trace` finds the next hits of rays behind them, and
 /// leaves a colour in each.

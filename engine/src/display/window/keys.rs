@@ -15,7 +15,7 @@ pub const HELP: &str = "  \
   ] [                     level of the transfer function, or of particles shown
   } {                     wider, narrower
   ctrl+left drag          level and width; or iso values
-  c                       these move particles, the transfer function
+  c                       these for particles, where there is a medium; and back
   b                       colours of particles by the next attribute
   m                       next colour map of particles
   t                       next transfer function
