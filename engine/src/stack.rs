@@ -19,7 +19,7 @@ use crate::geometry::{Geometries, Translucent};
 use crate::image::FrameBuffer;
 use crate::packet::{AnyHitPacket, Column, Columns3, Packet, SubPacket, columns3, optical_depth};
 use crate::pipeline::fault::scope;
-use crate::scratch::ForWidth;
+use crate::scratch::{ForWidth, lend};
 pub use crate::traverse::Fragment;
 use crate::view::{Up, View};
 
@@ -258,7 +258,11 @@ impl Materials {
         }
     }
 
-    fn depth(&self, index: u32) -> u32 {
+    /// How deep a surface of a material is that stops itself so much of the light.
+    fn depth(&self, index: u32, opacity: f32) -> u32 {
+        if opacity < 1.0 {
+            return optical_depth(opacity * self.get(index).opacity());
+        }
         self.depths[index.min(self.last()) as usize]
     }
 }
@@ -308,8 +312,9 @@ impl Scene {
         packet.rays().check();
         let depth = |geometry: u32, primitive: u32| {
             let mut material = [0];
-            let all = self.geometry.get(geometry).materials(&[primitive], &mut material);
-            self.materials.depth(all.unwrap_or(material[0]))
+            let geometry = self.geometry.get(geometry);
+            let all = geometry.materials(&[primitive], &mut material);
+            self.materials.depth(all.unwrap_or(material[0]), geometry.opacity(primitive))
         };
         let light = Translucent { materials: &self.materials.transparent, last: self.materials.last(), depths: &depth };
         let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, &light));
@@ -324,7 +329,7 @@ impl Scene {
                 Some((geometry, material)) => {
                     let name = &self.materials.scopes[material as usize];
                     let hits = &mut packet.sub_packet(run, Some(self.geometry.get(geometry)));
-                    scope(name, || self.materials.get(material).shade(context, hits));
+                    scope(name, || shade(context, self.materials.get(material), hits));
                 }
             }
         }
@@ -358,6 +363,27 @@ impl Scene {
             });
         };
         View::frame_points(within, self.bulk, self.up, aspect)
+    }
+}
+
+/// Colours hits by their material, as far as they are [opaque](crate::packet::Surface::opacities); what is not opaque at all is not
+/// shaded.
+fn shade(context: &Context<'_>, material: &dyn Material, hits: &mut SubPacket<'_>) {
+    let opacities: &mut Column<f32> = &mut lend(context.width);
+    let opacities = &mut opacities[..hits.len()];
+    if !hits.own_opacities(opacities) {
+        return material.shade(context, hits);
+    }
+    let mut start = 0;
+    for alike in opacities.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)) {
+        let part = &mut hits.sub_packet(start..start + alike.len());
+        start += alike.len();
+        if alike[0] > 0.0 {
+            material.shade(context, part);
+        } else {
+            part.fill_color(Vec3::ZERO);
+        }
+        part.fade(alike);
     }
 }
 

@@ -8,7 +8,9 @@ use mobula::accel::AccelerationKind;
 use mobula::app::{self, Settings, State};
 use mobula::background::Constant;
 use mobula::camera::{CameraKind, Orthographic, View};
-use mobula::geometry::{Cloud, Coloring, Field, Geometries, Geometry, Mesh, Particles, Series, Spheres};
+use mobula::geometry::{
+    Cloud, Coloring, Field, Geometries, Geometry, Mesh, Opacity, OpacityCurve, Particles, Series, Spheres,
+};
 use mobula::image::Size;
 use mobula::light::{Directional, Hemisphere, Point};
 use mobula::material::{Flat, Lambertian, Phong};
@@ -17,7 +19,7 @@ use mobula::particles::{Attribute, ParticleStep, Values};
 use mobula::pipeline::Pipeline;
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
-use mobula::scene::SceneDescription;
+use mobula::scene::{Map, SceneDescription};
 use mobula::volume::{ColorMap, Grid, GridPlace, Preset};
 
 const VIEW: View = View { eye: Vec3::new(1.0, 4.0, 6.0), at: Vec3::ZERO, up: Vec3::Y, fov: 45.0 };
@@ -49,6 +51,14 @@ fn particles() -> Particles {
     let mut particles = Particles::new("row", vec![cloud(7), cloud(23)], 2);
     let map = ColorMap::new(&Preset::Viridis.function([0.0, 1.0]), [0.0, 100.0]);
     particles.coloring = Some(Coloring { attribute: "heat".to_owned(), map: Arc::new(map) });
+    particles
+}
+
+/// The particles, of which the hot ones are opaque.
+fn translucent() -> Particles {
+    let curve = OpacityCurve::rising([0.0, 60.0]);
+    let mut particles = particles();
+    particles.opacity = Opacity::By { attribute: "heat".to_owned(), curve };
     particles
 }
 
@@ -192,6 +202,21 @@ const CHANGES: &[Change] = &[
             state.set_step(0);
         },
         describe: |scene, _| scene.geometry = with_particles(particles().cropped("heat", [20.0, 60.0])),
+    },
+    Change {
+        name: "particles that become translucent",
+        make: |state| state.stack.scene.geometry.refit(with_particles(translucent())).expect("the same primitives"),
+        describe: |scene, _| scene.geometry = with_particles(translucent()),
+    },
+    Change {
+        name: "other colours of particles",
+        make: |state| state.color_particles("heat", Some(&Map::Preset(Preset::Turbo))),
+        describe: |scene, _| {
+            let (mut particles, range) = (particles(), particles().range("heat").expect("it is there"));
+            let map = Arc::new(ColorMap::new(&Preset::Turbo.function([0.0, 1.0]), range));
+            particles.coloring = Some(Coloring { attribute: "heat".to_owned(), map });
+            scene.geometry = with_particles(particles);
+        },
     },
     Change {
         name: "a transfer function",

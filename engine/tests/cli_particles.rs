@@ -237,6 +237,14 @@ fn what_is_wrong_with_colours_and_crops_is_told() {
         (&["a.csv", "--color-by", "speed", "--map", "virids"], 2, "neither a colour map of this name nor such a file"),
         (&["a.csv", "--step", "3"], 2, "there is no step 3"),
         (&["gen:terr20k", "--crop", "speed=1,2", "--legend"], 0, "--crop: there are no particles"),
+        (
+            &["gen:terr20k", "--opacity", "1", "--opacity-by", "speed"],
+            0,
+            "--opacity, --opacity-by: there are no particles",
+        ),
+        (&["a.csv", "--opacity-by", "sped"], 2, "a has no attribute sped; there are speed, kind"),
+        (&["a.csv", "--opacity-by", "speed=0:2"], 2, "the opacity of point 1 is not from 0 to 1"),
+        (&["a.csv", "--opacity", "nan"], 2, "a number from 0 to 1"),
         (&["a.csv", "--color-by", "none", "--legend"], 0, "--legend: there are no particles whose colours"),
     ] {
         let done =
@@ -244,6 +252,58 @@ fn what_is_wrong_with_colours_and_crops_is_told() {
         assert_eq!(done.code, Some(code), "{options:?}: {done:?}");
         assert!(done.err.contains(message), "{options:?}: {}", done.err);
     }
+}
+
+#[test]
+fn opacity_is_that_of_all_or_goes_by_an_attribute() {
+    let folder = Folder::new("particles-opacity");
+    folder.write("a.csv", row());
+    let how =
+        ["--size", "200x40", "--samples", "1", "--eye", "4.5,-20,0", "--at", "4.5,0,0", "--up", "z", "-o", "out.png"];
+    let shown = |options: &[&str]| {
+        let done = folder.run(&[&["render"], options, &how].concat());
+        assert_eq!(done.code, Some(0), "{options:?}: {done:?}");
+        picture(&folder.0.join("out.png")).2
+    };
+    let usual = shown(&["a.csv"]);
+    assert!(usual == shown(&["a.csv", "--opacity", "1"]) && usual == shown(&["a.csv", "--opacity-by", "speed=0:1"]));
+    let half = shown(&["a.csv", "--opacity", "0.5"]);
+    assert!(half != usual && half == shown(&["a.csv", "--opacity-by", "speed=7:1", "--opacity", "0.5"]));
+    let rising = shown(&["a.csv", "--opacity-by", "speed"]);
+    assert!(rising != usual && rising == shown(&["a.csv", "--opacity-by", "speed=0:0,4.5:1"]));
+    // What is wholly transparent is as if cropped.
+    let slow = shown(&["a.csv", "--opacity-by", "speed=2:1,2:0"]);
+    assert!(slow != usual && slow == shown(&["a.csv", "--crop", "speed=-inf,1.9"]));
+    // Scene files say the same.
+    let scene = |opacity: &str| {
+        folder.write("a.toml", format!("mobula = 1\n[[object]]\nparticles = \"a.csv\"\nopacity = {opacity}\n"));
+        shown(&["a.toml"])
+    };
+    assert!(scene("0.5") == half && scene("{ by = \"speed\", points = [[7, 1]], scale = 0.5 }") == half);
+    assert!(scene("{ by = \"speed\" }") == rising);
+}
+
+#[test]
+fn a_scene_file_says_what_raw_particles_are_and_shows_several_ranges() {
+    let folder = Folder::new("particles-raw-scene");
+    let numbers = (0..10).flat_map(|i| [9.0, i as f32, 0.0, 0.0, i as f32 * 0.5]);
+    folder.write("a.raw", numbers.flat_map(f32::to_be_bytes).collect::<Vec<u8>>());
+    folder.write(
+        "a.toml",
+        "mobula = 1\n[[object]]\nparticles = \"a.raw\"\nradius = 0.3\n\
+         raw = { layout = [\"_\", \"x\", \"y\", \"z\", \"speed\"], type = \"f32be\" }\n\
+         crop = { speed = [[0.5, 0.5], [2, inf]] }\n",
+    );
+    let shown = |options: &[&str]| {
+        let done =
+            folder.run(&[&["render"], options, &["--size", "100x30", "--samples", "1", "-o", "out.png"]].concat());
+        assert_eq!(done.code, Some(0), "{options:?}: {done:?}");
+        picture(&folder.0.join("out.png")).2
+    };
+    let raw = ["a.raw", "--raw-layout", "_,x,y,z,speed", "--raw-type", "f32be", "--radius", "0.3", "--crop"];
+    let scene = shown(&["a.toml"]);
+    assert!(scene == shown(&[&raw[..], &["speed=0.5,0.5,2,inf"]].concat()));
+    assert!(scene != shown(&[&raw[..], &["speed=0.5,inf"]].concat()));
 }
 
 #[test]

@@ -294,6 +294,31 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
             "a.toml:3:13: there is no file \"x\"",
         ),
         ("[[object]]\nparticles = \"x\"\ncrop = { speed = [9, 0.1] }\n", "a.toml:4:18: 0.1 is not above 9"),
+        (
+            "[[object]]\nparticles = \"x\"\ncrop = { speed = [[1, 1], [9, 0.1]] }\n",
+            "a.toml:4:18: 0.1 is not above 9; write the lesser",
+        ),
+        ("[[object]]\nparticles = \"x\"\ncrop = { speed = [1] }\n", "a.toml:4:18: invalid length 1, expected a range"),
+        (
+            "[[object]]\nparticles = \"x\"\ncrop = { speed = [1, [2, 3]] }\n",
+            "a.toml:4:18: invalid length 2, expected a",
+        ),
+        ("[[object]]\nparticles = \"x\"\ncrop = { speed = [nan, 1] }\n", "a.toml:4:19: invalid value: "),
+        ("[[object]]\nparticles = \"x\"\nopacity = 1.5\n", "a.toml:4:11: invalid value: "),
+        (
+            "[[object]]\nparticles = \"x\"\nopacity = { by = \"a\", points = [[0, 2]] }\n",
+            "a.toml:4:33: the opacity of point 1",
+        ),
+        (
+            "[[object]]\nparticles = \"x\"\nopacity = { by = \"a\", points = [] }\n",
+            "a.toml:4:33: there is no point; write [",
+        ),
+        ("[[object]]\nparticles = \"x\"\nopacity = { points = [[0, 1]] }\n", "a.toml:4:11: the key `by` is missing"),
+        (
+            "[[object]]\nparticles = \"x\"\nraw = { layout = [\"x\", \"y\"] }\n",
+            "a.toml:4:18: there is no z; write names",
+        ),
+        ("[[object]]\nparticles = \"x\"\nraw = { layout = [\"\"] }\n", "a.toml:4:18: a name is empty"),
         ("[[object]]\nparticles = \"x\"\ntile = [0, 1, 1]\n", "a.toml:4:9: invalid value: "),
         ("[[object]]\nparticles = \"x\"\nbox = [[0, 0, 0], [1, 0, 1]]\n", "a.toml:4:7: this box is empty"),
         (

@@ -84,6 +84,9 @@ impl Session {
             (200 - 4 * (x * x + y * y + z * z)).max(0) as u8
         });
         folder.write("ball.nrrd", header.bytes().chain(ball).collect::<Vec<u8>>());
+        let particle = |i: usize| format!("{},{},1,{},{},0.7\n", i % 4 * 2, i / 4 * 2, i * 7 % 16, 1 + i % 3);
+        let particles = (0..16).map(particle).collect::<String>();
+        folder.write("cloud.csv", format!("x,y,z,heat,kind,radius\n{particles}"));
         for step in 0..3 {
             let header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n";
             let plane = (0..729).map(|i| if i / 81 > 2 * step { 200 } else { 20_u8 });
@@ -348,6 +351,39 @@ fn time_and_transfer_functions_are_changed_by_keys_and_mouse() {
     let line = session.said.lock().unwrap().iter().rev().find(|line| line.contains("mobula-0005.png")).cloned();
     let line = line.expect("screenshots are told");
     assert!(line.contains(" --transfer inferno") && line.contains(" --step "), "{line}");
+    session.xdotool("key Escape");
+    assert_eq!(session.end(), Some(0));
+}
+
+#[test]
+fn particles_among_volumes_are_cropped_and_coloured_by_keys() {
+    let Some((_server, name)) = display() else { return };
+    let options = ["cloud.csv", "ball.nrrd", "--size", "160x120", "--transfer", "viridis", "--opacity-by", "heat"];
+    let mut session = Session::show(name, "particles", &[&options[..], &["--crop", "kind=1,1,3,3"]].concat());
+    session.wait_title("| 160x120 |");
+    session.focus();
+    // Without the legend, which screenshots do not have.
+    session.xdotool("key l");
+    let usual = session.screenshot(1);
+    session.xdotool("key bracketleft");
+    wait("another level", || session.title().contains(", level "));
+    session.xdotool("key c");
+    session.wait_title(", keys move particles");
+    session.xdotool("key braceleft");
+    session.wait_title(", heat ");
+    session.xdotool("key m");
+    session.wait_title(", coloured by heat (");
+    let cropped = session.screenshot(2);
+    assert!(cropped != usual, "nothing was changed");
+    session.save(1, 2);
+    session.xdotool("key b");
+    session.wait_title(", coloured by kind");
+    assert!(session.screenshot(3) != cropped, "the attribute changes nothing");
+    let text = session.save(2, 3);
+    assert!(text.contains("kind = [[1.0, 1.0], [3.0, 3.0]]") && text.contains("by = \"heat\""), "{text}");
+    let line = session.said.lock().unwrap().iter().rev().find(|line| line.contains("mobula-0003.png")).cloned();
+    let line = line.expect("screenshots are told");
+    assert!(line.contains(" --color-by kind") && line.contains(" --crop heat="), "{line}");
     session.xdotool("key Escape");
     assert_eq!(session.end(), Some(0));
 }

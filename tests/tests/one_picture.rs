@@ -10,10 +10,10 @@ use mobula::app::{PacketWidth, Settings, pipeline};
 use mobula::background::BackgroundKind;
 use mobula::balance::BalancerKind;
 use mobula::camera::CameraKind;
-use mobula::geometry::{Field, KINDS, Series};
+use mobula::geometry::{Field, KINDS, Particles, Series};
 use mobula::image::Size;
 use mobula::light::LightKind;
-use mobula::material::{MaterialKind, NamedMaterial};
+use mobula::material::{MaterialKind, NamedMaterial, Phong};
 use mobula::medium::{Fog, Volume};
 use mobula::scene::SceneDescription;
 use mobula::volume::{Grid, GridPlace, Preset};
@@ -86,6 +86,16 @@ fn one_picture_in_fog() {
     let mut scene = mobula::builtin::scene();
     scene.media = vec![Arc::new(Fog::new(0.06))];
     Case::new(scene, (53, 31)).check(false);
+}
+
+#[test]
+fn one_picture_through_translucent_particles() {
+    let mut scene = mobula::builtin::scene();
+    let glass = scene.add_material("glass", Phong { transparency: 0.3, ..Phong::default() });
+    scene.add(Particles::example(glass));
+    Case::new(scene.clone(), (77, 43)).check(true);
+    scene.media = vec![Arc::new(Fog::new(0.06))];
+    Case::new(scene, (37, 23)).check(false);
 }
 
 /// A volume around the middle of the built-in scene.

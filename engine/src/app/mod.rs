@@ -33,12 +33,14 @@
 //! ```
 
 mod components;
+mod particles;
 mod settings;
 mod state;
 mod streamer;
 mod volumes;
 
 pub use components::Components;
+pub use particles::{ShownAttribute, ShownParticles};
 pub use settings::{AppError, Settings, pipeline, pipeline_with_geometry};
 pub use state::{Chosen, RayCounts, RenderFrames, State};
 pub use streamer::Streamer;

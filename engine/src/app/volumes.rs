@@ -14,8 +14,6 @@ pub struct Volumes {
     pub iso: Option<(Vec<f64>, [f64; 2])>,
     /// Level and width of the media, and the range of their values; none if there are none, or those of several volumes differ.
     pub window: Option<([f64; 2], [f64; 2])>,
-    /// The attribute that decides about the colours of particles, between which of its values they are shown, and the range of these.
-    pub crop: Option<(String, [f32; 2], [f32; 2])>,
     /// The step of time, from 0.
     pub step: usize,
     /// The steps of that volume, or those particles, that have most of them; 0 if there are none.
@@ -32,21 +30,12 @@ impl State {
         let window = media().next().filter(|first| media().all(|other| other.window() == first.window()));
         let series = surfaces().map(|one| &one.series).chain(media().map(Volume::series));
         let particles = || scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<Particles>());
-        let crop = particles().find_map(|one| {
-            let attribute = one.coloring.as_ref()?.attribute.clone();
-            let range = one.range(&attribute)?;
-            let cropped = one.crops.iter().find(|crop| crop.attribute == attribute);
-            let shown =
-                cropped.map_or(Some(range), |crop| <[_; 1]>::try_from(&crop.ranges[..]).ok().map(|[only]| only));
-            Some((attribute, shown?, range))
-        });
         let steps = series.map(|series| (series.steps(), series.step()));
         let (steps, step) =
             steps.chain(particles().map(|one| (one.series().len(), one.step()))).max().unwrap_or_default();
         Volumes {
             iso: iso.map(|first| (first.values.clone(), first.series.range())),
             window: window.map(|first| (first.window(), first.series().range())),
-            crop,
             step,
             steps,
         }
@@ -91,7 +80,7 @@ impl State {
         });
     }
 
-    fn change_geometry<G: Geometry>(&mut self, change: impl Fn(&G) -> Option<G>) {
+    pub(super) fn change_geometry<G: Geometry>(&mut self, change: impl Fn(&G) -> Option<G>) {
         let geometry = &mut self.stack.scene.geometry;
         if !geometry.list().iter().any(|one| one.downcast_ref::<G>().is_some()) {
             return;

@@ -23,13 +23,13 @@ use mobula::volume::Preset;
 use mobula_core::simd::Level;
 
 use super::memory;
+use super::particle_options::ParticleOptions;
 use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Crop, Given, Lengths, Plane, Point, Range, Shading, Tile, Transfer, UpChoice, Window, as_given, at_least_one,
-    background, channels, crop, distance, finite, fog, fov, lengths, part, plane, png, point, range, samples, size,
-    step_length, threads, tile, transfer, up, window,
+    Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, distance,
+    finite, fog, fov, part, plane, png, point, samples, size, step_length, threads, transfer, up, window,
 };
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -234,45 +234,6 @@ pub(crate) struct VolumeOptions {
 }
 
 #[derive(Args, Clone, Debug)]
-pub(crate) struct ParticleOptions {
-    /// Radius of all particles [default: as files say, or else half of the mean distance of neighbours]
-    #[arg(long, help_heading = "Particles", value_name = "R", value_parser = distance)]
-    pub(crate) radius: Option<f32>,
-
-    /// The attribute whose values are the radii of particles, multiplied by --radius if that is given
-    #[arg(long, help_heading = "Particles", value_name = "ATTRIBUTE")]
-    pub(crate) radius_by: Option<String>,
-
-    /// How often particles are repeated along each edge of their periodic box
-    #[arg(long, help_heading = "Particles", value_name = "NX,NY,NZ", value_parser = tile)]
-    pub(crate) tile: Option<Tile>,
-
-    /// Edges of the periodic box of particles [default: as files say]
-    #[arg(long = "box", help_heading = "Particles", value_name = "X,Y,Z", requires = "tile", value_parser = lengths)]
-    pub(crate) periodic_box: Option<Lengths>,
-
-    /// The attribute that decides about the colours of particles, or none [default: element, or else the first]
-    #[arg(long, help_heading = "Particles", value_name = "ATTRIBUTE")]
-    pub(crate) color_by: Option<String>,
-
-    #[arg(long, help_heading = "Particles", value_name = "NAME|FILE", value_parser = transfer, help = format!(
-        "Colours of the attribute: {}, labels (a colour for each whole number), elements (those of atoms), or a file as for --transfer \
-         [default: viridis; of whole numbers labels]", Preset::NAMES.join(", ")
-    ))]
-    pub(crate) map: Option<Transfer>,
-
-    /// The values that have the first and the last colour [default: the least and the greatest of all steps
-    /// in memory]
-    #[arg(long, help_heading = "Particles", value_name = "LO,HI", value_parser = range, allow_hyphen_values = true)]
-    pub(crate) range: Option<Range>,
-
-    /// Shows only particles whose value of an attribute is from LO to HI, both included, or in another range of the same option; may be
-    /// given for several attributes, of which all count
-    #[arg(long, help_heading = "Particles", value_name = "ATTRIBUTE=LO,HI[,LO,HI...]", value_parser = crop)]
-    pub(crate) crop: Vec<Crop>,
-}
-
-#[derive(Args, Clone, Debug)]
 pub(crate) struct RenderOptions {
     #[command(flatten)]
     pub(crate) scene: SceneOptions,
@@ -352,18 +313,7 @@ impl SceneOptions {
         for Plane(numbers) in cut {
             option("cut", joined(numbers.iter().map(f64::to_string).collect()));
         }
-        let ParticleOptions { radius, radius_by, tile, periodic_box, color_by, map, range, crop } = &self.particles;
-        option("radius", radius.map(|radius| radius.to_string()));
-        option("radius-by", radius_by.clone());
-        option("tile", tile.and_then(|Tile(times)| joined(times.map(|n| n.to_string()).into())));
-        option("box", periodic_box.and_then(|Lengths(sides)| joined(sides.map(|x| x.to_string()).into())));
-        option("color-by", color_by.clone());
-        option("map", map.as_ref().map(Transfer::to_string));
-        option("range", range.and_then(|Range(ends)| joined(ends.map(|x| x.to_string()).into())));
-        for Crop { attribute, ranges } in crop {
-            let ends = joined(ranges.iter().flatten().map(f32::to_string).collect());
-            option("crop", ends.map(|ends| format!("{attribute}={ends}")));
-        }
+        self.particles.words().into_iter().for_each(|(name, value)| option(name, Some(value)));
         option("fog", self.fog.as_ref().map(|given| given.words.clone()));
         words.join(" ")
     }

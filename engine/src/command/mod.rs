@@ -8,6 +8,7 @@ mod histogram;
 mod info;
 mod manual;
 mod memory;
+mod particle_options;
 mod particles;
 mod progress;
 mod raw;

@@ -6,15 +6,17 @@ use mobula::accel::Build;
 use mobula::geometry::Cropping;
 use mobula::load::{Place, load_transfer, printable};
 use mobula::particles::{Particles, TilingError};
-use mobula::scene::{ColorBy, Map, ParticleError, ParticleLook, ParticleNote, SceneDescription, Steps, show_particles};
+use mobula::scene::{
+    ColorBy, Map, OpacityBy, ParticleError, ParticleLook, ParticleNote, SceneDescription, Steps, show_particles,
+};
 use mobula::volume::{Preset, Statistics};
 use serde_json::{Value, json};
 
-use super::args::ParticleOptions;
 use super::failure::Failure;
 use super::histogram::{self, short};
+use super::particle_options::{Crop, ParticleOptions, Range, Tile};
 use super::scene::grouped;
-use super::values::{Crop, Lengths, Range, Tile, Transfer};
+use super::values::{Lengths, Transfer};
 use super::{memory, progress, tell};
 
 /// Adds to a scene what its particles are shown as: as it says itself, or else as the options do.
@@ -54,6 +56,11 @@ pub(crate) fn add(
         material: None,
         crops,
         color,
+        opacity: options.opacity,
+        opacity_by: options
+            .opacity_by
+            .as_ref()
+            .map(|by| OpacityBy { name: by.attribute.clone(), curve: by.curve.clone() }),
     };
     let shown = progress::watch("building", &build.progress, || show_particles(scene, |_| look.clone(), steps, build));
     let notes = shown.map_err(|error| match error {
@@ -88,13 +95,15 @@ pub(crate) fn add(
 
 /// Which options do nothing in a scene, and why.
 pub(crate) fn without_effect(scene: &SceneDescription, options: &ParticleOptions) -> Option<String> {
-    let ParticleOptions { radius, radius_by, tile, color_by, crop, .. } = options;
+    let ParticleOptions { radius, radius_by, tile, color_by, crop, opacity, opacity_by, .. } = options;
     let given = [
         ("--radius", radius.is_some()),
         ("--radius-by", radius_by.is_some()),
         ("--tile", tile.is_some()),
         ("--color-by", color_by.is_some()),
         ("--crop", !crop.is_empty()),
+        ("--opacity", opacity.is_some()),
+        ("--opacity-by", opacity_by.is_some()),
     ];
     let names: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
     let nothing = scene.particles.is_empty() && !names.is_empty();

@@ -85,15 +85,9 @@ fn voxel_type(text: &str) -> Result<RawType, String> {
 }
 
 fn layout(text: &str) -> Result<Layout, String> {
-    let names: Vec<&str> = text.split(',').map(str::trim).collect();
     let remedy = "write names with commas between them, such as x,y,z,radius,speed, with _ for what is to be left out";
-    if names.iter().any(|name| name.is_empty() || name.contains(char::is_control)) {
-        return Err(remedy.to_owned());
-    }
-    match ["x", "y", "z"].into_iter().find(|axis| !names.contains(axis)) {
-        Some(axis) => Err(format!("there is no {axis}; {remedy}")),
-        None => Ok(Layout(names.into_iter().map(|name| (name != "_").then(|| name.to_owned())).collect())),
-    }
+    let columns = RawParticles::columns(text.split(',').map(str::trim));
+    columns.map(Layout).map_err(|error| format!("{error}; {remedy}"))
 }
 
 #[cfg(test)]

@@ -2,23 +2,24 @@
 
 use std::path::Path;
 
+use mobula::geometry::OpacityCurve;
 use mobula::light::Point;
 use mobula::load::{FORMATS, Place, SavedParticles, SavedScene};
 use mobula::scene::SceneDescription;
 
-use super::args::{ParticleOptions, SceneOptions};
+use super::args::SceneOptions;
+use super::particle_options::{Crop, ParticleOptions, Range, Tile};
 use super::values;
 
 /// The scene, after it was decided what its volumes are shown as. None where no scene file can say what it is: one of several files is a
-/// scene file, something comes from standard input, or there are raw particles.
+/// scene file, or something comes from standard input.
 pub(crate) fn scene(
     options: &SceneOptions,
     scene: &SceneDescription,
     of_file: bool,
     place: Place,
 ) -> Option<SavedScene> {
-    // A scene file cannot say what is in raw particles.
-    if options.scenes.iter().any(|name| name == Path::new("-")) || options.raw.particles().is_some() {
+    if options.scenes.iter().any(|name| name == Path::new("-")) {
         return None;
     }
     let mut saved = match (of_file, &options.scenes[..]) {
@@ -27,10 +28,13 @@ pub(crate) fn scene(
         (false, _) => SavedScene::of_objects(&scene.objects, place),
     };
     if !of_file {
-        saved.describe_particles(&particles(&options.particles)?);
+        saved.describe_particles(&particles(&options.particles));
     }
     if let (false, Some(raw)) = (of_file, options.raw.raw()) {
         saved.describe_raw(&raw, is_raw);
+    }
+    if let (false, Some(raw)) = (of_file, options.raw.particles()) {
+        saved.describe_raw_particles(&raw, is_raw);
     }
     let transfer = &options.volumes.transfer;
     saved.describe_volumes(&scene.objects, &scene.shown, |number| {
@@ -48,26 +52,26 @@ pub(crate) fn scene(
     Some(saved)
 }
 
-/// What the options say of particles. None where a scene file cannot say it: several ranges of one attribute.
-fn particles(options: &ParticleOptions) -> Option<SavedParticles> {
-    let ParticleOptions { radius, radius_by, tile, periodic_box, color_by, map, range, crop } = options;
-    let only = |crop: &values::Crop| match crop.ranges[..] {
-        [range] if range.iter().all(|end| end.is_finite()) => Some((crop.attribute.clone(), range)),
-        _ => None,
-    };
-    Some(SavedParticles {
+/// What the options say of particles.
+fn particles(options: &ParticleOptions) -> SavedParticles {
+    let ParticleOptions { radius, radius_by, tile, periodic_box, color_by, map, range, crop, opacity, opacity_by } =
+        options;
+    let points = |curve: &Option<OpacityCurve>| curve.as_ref().map(|curve| curve.points().to_vec());
+    SavedParticles {
         radius: *radius,
         radius_by: radius_by.clone(),
-        tile: tile.map(|values::Tile(times)| times),
+        tile: tile.map(|Tile(times)| times),
         sides: periodic_box.map(|values::Lengths(sides)| sides),
-        crops: crop.iter().map(only).collect::<Option<_>>()?,
+        crops: crop.iter().map(|Crop { attribute, ranges }| (attribute.clone(), ranges.clone())).collect(),
+        opacity: *opacity,
+        opacity_by: opacity_by.as_ref().map(|by| (by.attribute.clone(), points(&by.curve))),
         color_by: color_by.clone(),
         map: map.as_ref().map(ToString::to_string),
-        range: range.map(|values::Range(range)| range),
-    })
+        range: range.map(|Range(range)| range),
+    }
 }
 
-/// Does only `--raw-dims` say what is in a file?
+/// Do only `--raw-dims` or `--raw-layout` say what is in a file?
 fn is_raw(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     let name = name.strip_suffix(".gz").unwrap_or(&name);

@@ -84,56 +84,6 @@ pub(super) fn window(text: &str) -> Result<Window, String> {
     }
 }
 
-/// How often a periodic box is repeated along each of its edges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Tile(pub(super) [u32; 3]);
-
-pub(super) fn tile(text: &str) -> Result<Tile, String> {
-    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok(Tile([x, y, z])),
-        _ => Err("write three whole numbers above 0 with commas between them, such as 2,2,2".into()),
-    }
-}
-
-/// From a value to a greater one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Range(pub(super) [f32; 2]);
-
-pub(super) fn range(text: &str) -> Result<Range, String> {
-    match ends(text) {
-        Some([low, high]) if low < high && low.is_finite() && high.is_finite() => Ok(Range([low, high])),
-        _ => Err("write two numbers with a comma between them, the second greater, such as 0,2.5".into()),
-    }
-}
-
-/// Values of an attribute, both ends included.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Crop {
-    pub(super) attribute: String,
-    pub(super) ranges: Vec<[f32; 2]>,
-}
-
-pub(super) fn crop(text: &str) -> Result<Crop, String> {
-    let ranges = |text: &str| -> Option<Vec<[f32; 2]>> {
-        let numbers = text.split(',').map(|number| number.trim().parse().ok()).collect::<Option<Vec<f32>>>()?;
-        let (pairs, rest) = numbers.as_chunks();
-        (rest.is_empty() && pairs.iter().all(|[low, high]| low <= high)).then(|| pairs.to_vec())
-    };
-    match text.split_once('=').and_then(|(name, text)| Some((name.trim(), ranges(text)?))) {
-        Some((name, ranges)) if !name.is_empty() => Ok(Crop { attribute: name.to_owned(), ranges }),
-        _ => {
-            Err("write a name, = and two numbers with a comma between them, such as speed=0.1,9; inf is a number"
-                .into())
-        }
-    }
-}
-
-fn ends(text: &str) -> Option<[f32; 2]> {
-    let (low, high) = text.split_once(',')?;
-    Some([low.trim().parse().ok()?, high.trim().parse().ok()?])
-}
-
 /// Three lengths above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lengths(pub(super) [f64; 3]);
@@ -352,10 +302,6 @@ mod tests {
             assert!(png(name).unwrap_err().ends_with(expected), "{name}: {:?}", png(name));
         }
         assert!(png("b.PNG").is_ok() && png("####.png").is_ok());
-        assert_eq!(tile("2, 1,3"), Ok(Tile([2, 1, 3])));
-        for bad in ["", "2", "2,2", "0,1,1", "-1,1,1", "1,1,1.5", "1,1,99999999999"] {
-            assert!(tile(bad).is_err(), "{bad}");
-        }
         assert_eq!(lengths("0.5,1,2"), Ok(Lengths([0.5, 1.0, 2.0])));
         for bad in ["", "1,1", "1,0,1", "1,nan,1", "1,-1,1", "1,inf,1"] {
             assert!(lengths(bad).is_err(), "{bad}");

@@ -45,7 +45,9 @@ fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
     };
     let transfer = options.volumes.transfer.iter().map(ToString::to_string).collect();
     let ForWindow { place, of_file, saved, time } = window;
-    let titles = Titles { name, scene, transfer, shading, quoted, place, of_file, saved, time };
+    let words = options.particles.color_words();
+    let coloring = words.map(|(name, value)| format!(" --{name} {}", quoted(&value))).collect();
+    let titles = Titles { name, scene, transfer, shading, coloring, quoted, place, of_file, saved, time };
     Ok(connection.show(pipeline, &settings, &titles)?)
 }
 

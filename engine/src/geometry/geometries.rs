@@ -75,9 +75,10 @@ impl Geometries {
             has_memory(geometries.iter().map(|geometry| geometry.primitives()).sum())?;
             let structure = geometries[0].structure(&geometries, build);
             let materials = materials_of(numbers.iter().map(|&number| &*list[number]));
+            let translucent = numbers.iter().any(|&number| list[number].is_translucent());
             let members =
                 numbers.iter().map(|&number| Member { geometry: number as u32, first: 0, count: 0 }).collect();
-            groups.push(Group { structure, members, materials, below: Vec::new() });
+            groups.push(Group { structure, members, materials, translucent, below: Vec::new() });
         }
         let places = number(&list, &mut groups);
         Ok(Self { list, groups, census, censuses, places })
@@ -147,6 +148,7 @@ impl Geometries {
             let members: Vec<_> = group.members.iter().map(|member| list[member.geometry as usize].clone()).collect();
             group.structure.refit(&members);
             group.materials = materials_of(members.iter().map(|member| &**member));
+            group.translucent = members.iter().any(|member| member.is_translucent());
         }
         for number in (0..list.len()).filter(|&number| !same(number)) {
             self.censuses[number] = list[number].census();

@@ -19,6 +19,8 @@ pub(super) struct Group {
     pub(super) members: Vec<Member>,
     /// The indices of the materials of all primitives, by rising index.
     pub(super) materials: Vec<u32>,
+    /// May primitives let light through whatever their materials are?
+    pub(super) translucent: bool,
     /// For each geometry of the scene: how many ids stand for lower pairs than any hit of it that is in another structure.
     pub(super) below: Vec<u32>,
 }
@@ -64,7 +66,7 @@ impl Group {
         let highest = self.materials.last().copied().unwrap_or(0);
         let used =
             |index: &u32| self.materials.binary_search(index).is_ok() || (*index == light.last && highest > light.last);
-        light.materials.iter().any(used)
+        self.translucent || light.materials.iter().any(used)
     }
 
     /// The geometry and the primitive of an id. `near` is where to look first: the place of the last one.

@@ -46,6 +46,16 @@ pub trait Geometry: Surface + Any + Debug + Send + Sync {
         Some(DEFAULT_MATERIAL)
     }
 
+    /// May any primitive have an [`opacity`](Self::opacity) below 1?
+    fn is_translucent(&self) -> bool {
+        false
+    }
+
+    /// The fraction of the light towards a primitive that it stops, 0 to 1, by which what its material stops is multiplied.
+    fn opacity(&self, _primitive: u32) -> f32 {
+        1.0
+    }
+
     /// The same with `shift` added to all indices of materials but [`DEFAULT_MATERIAL`]: for scenes that are joined.
     fn shift_materials(self: Arc<Self>, shift: u32) -> Arc<dyn Geometry>;
 

@@ -8,6 +8,7 @@
 //! | `mesh`, `triangle` | triangles with shared corners; the surface of one |
 //! | `spheres` | spheres |
 //! | `particles` | particles over time, cropped and coloured by their attributes |
+//! | `opacity` | how opaque particles are, by the values of an attribute |
 //! | `cloud` | the particles of one step, made ready for rays |
 //! | `cloud_series` | a cloud for each step of time, in memory or made when it is wanted |
 //! | `ball` | what is known of the surface of a sphere |
@@ -30,6 +31,7 @@ mod group;
 mod iso_surface;
 mod kind;
 mod mesh;
+mod opacity;
 mod particles;
 mod spheres;
 mod table;
@@ -46,6 +48,7 @@ pub use group::{Depths, Translucent};
 pub use iso_surface::IsoSurfaces;
 pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};
+pub use opacity::{Opacity, OpacityCurve, OpacityError};
 pub use particles::{Coloring, Cropping, Particles};
 pub use spheres::Spheres;
 pub use table::{KINDS, Kind};

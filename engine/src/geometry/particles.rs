@@ -7,16 +7,17 @@ use std::sync::Arc;
 use glam::Vec3;
 use mobula_core::cloud::{Crop, Crops};
 use mobula_core::simd::AnyToken;
-use mobula_core::sink::Opacity;
+use mobula_core::sink;
 use mobula_core::traverse::{self, Paths};
 use mobula_core::{AnyHitPacket, RayPacket};
 
 use super::ball;
 use super::cloud::Cloud;
 use super::cloud_series::CloudSeries;
+use super::opacity::{Opacity, OpacityCurve};
 use super::{Census, Geometry, Structure, shift_material};
 use crate::accel::{AccelerationKind, Build};
-use crate::packet::{Hits, Intersect, Surface, set_vec3};
+use crate::packet::{Hits, Intersect, Surface, set_vec3, vec3};
 use crate::particles::{Attribute, ParticleStep, Values};
 use crate::volume::{ColorMap, Preset};
 
@@ -31,6 +32,8 @@ pub struct Particles {
     pub crops: Vec<Cropping>,
     /// Their colours, by which those of the material are multiplied.
     pub coloring: Option<Coloring>,
+    /// How opaque they are, by which the opacity of the material is multiplied.
+    pub opacity: Opacity,
     series: Arc<CloudSeries>,
     step: usize,
     cloud: Arc<Cloud>,
@@ -60,26 +63,18 @@ impl Particles {
     /// # Panics
     /// If there are none.
     pub fn new(name: impl Into<String>, steps: Vec<Arc<Cloud>>, material: u32) -> Self {
-        let cloud = steps.first().cloned().expect("particles have a step of time");
-        Self {
-            name: name.into(),
-            material,
-            crops: Vec::new(),
-            coloring: None,
-            series: Arc::new(CloudSeries::new(steps)),
-            step: 0,
-            cloud,
-        }
+        let series = Arc::new(CloudSeries::new(steps));
+        Self::of_series(name, series, 0, material).expect("all steps are in memory")
     }
 
     /// Those of a series, of which a step is shown, if it is in memory.
     pub fn of_series(name: impl Into<String>, series: Arc<CloudSeries>, step: usize, material: u32) -> Option<Self> {
-        let cloud = series.get(step)?;
-        let step = step % series.len();
-        Some(Self { name: name.into(), material, crops: Vec::new(), coloring: None, series, step, cloud })
+        let (cloud, step) = (series.get(step)?, step % series.len());
+        let (name, opacity) = (name.into(), Opacity::All(1.0));
+        Some(Self { name, material, crops: Vec::new(), coloring: None, opacity, series, step, cloud })
     }
 
-    /// A spiral that is coloured along its way, with a part of it left out.
+    /// A spiral that is coloured along its way, and more and more opaque, with a part of it left out.
     pub fn example(material: u32) -> Self {
         let count = 40;
         let part = |i: usize| i as f32 / count as f32;
@@ -99,6 +94,10 @@ impl Particles {
         Self {
             crops: vec![Cropping { attribute: "way".to_owned(), ranges: vec![[0.0, 0.4], [0.5, 1.0]] }],
             coloring: Some(Coloring { attribute: "way".to_owned(), map: Arc::new(map) }),
+            opacity: Opacity::By {
+                attribute: "way".to_owned(),
+                curve: OpacityCurve::new(vec![[0.0, 0.3], [0.9, 1.0]]).expect("opacities"),
+            },
             ..Self::new("spiral", vec![Arc::new(cloud)], material)
         }
     }
@@ -151,7 +150,12 @@ impl Particles {
             attribute: cloud.attribute(attribute).unwrap_or(usize::MAX),
             ranges: ranges.clone(),
         };
-        let crops = cloud.spheres.crops(&self.crops.iter().map(crop).collect::<Vec<_>>());
+        let mut crops: Vec<Crop> = self.crops.iter().map(crop).collect();
+        if let Opacity::By { attribute, curve } = &self.opacity {
+            // What is wholly transparent is not there.
+            crops.push(crop(&Cropping { attribute: attribute.clone(), ranges: curve.visible() }));
+        }
+        let crops = cloud.spheres.crops(&crops);
         Finder { crops, cloud }
     }
 }
@@ -176,6 +180,20 @@ impl Geometry for Particles {
 
     fn materials(&self, _: &[u32], _: &mut [u32]) -> Option<u32> {
         Some(self.material)
+    }
+
+    fn is_translucent(&self) -> bool {
+        self.opacity.is_translucent()
+    }
+
+    fn opacity(&self, primitive: u32) -> f32 {
+        match &self.opacity {
+            Opacity::All(opacity) => *opacity,
+            Opacity::By { attribute, curve } => {
+                let attribute = self.cloud().attribute(attribute).unwrap_or(usize::MAX);
+                curve.opacity(self.cloud().spheres.value(attribute, primitive as usize))
+            }
+        }
     }
 
     fn shift_materials(mut self: Arc<Self>, shift: u32) -> Arc<dyn Geometry> {
@@ -214,6 +232,20 @@ impl Surface for Particles {
         true
     }
 
+    /// A sphere that is not opaque counts once, where rays enter it, as it does for those to lights.
+    fn opacities(&self, hits: &Hits<'_>, out: &mut [f32]) -> bool {
+        if !self.is_translucent() {
+            return false;
+        }
+        for (i, (&place, out)) in hits.primitives.iter().zip(out).enumerate() {
+            let (center, _) = self.cloud().sphere(place as usize).unwrap_or_default();
+            let leaves = (hits.position(i) - center).dot(vec3(&hits.directions, i)) > 0.0;
+            let opacity = self.opacity(place);
+            *out = if leaves && opacity < 1.0 { 0.0 } else { opacity };
+        }
+        true
+    }
+
     fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
         ball::error_scales(hits, out, |place| self.cloud().sphere(place));
     }
@@ -233,7 +265,7 @@ impl<const N: usize> Intersect<N> for Finder {
         walk(&tree, token, packet)
     }
 
-    fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>, opacity: Option<&dyn Opacity>) -> Paths {
+    fn occlude(&self, token: AnyToken, packet: &mut AnyHitPacket<N>, opacity: Option<&dyn sink::Opacity>) -> Paths {
         let tree = self.cloud.spheres.shown(&self.crops);
         let walk = if self.cloud.all { traverse::occlude_all } else { traverse::occlude };
         walk(&tree, token, packet, opacity)

@@ -45,3 +45,30 @@ pub struct RawParticles {
     /// Do numbers start with their most significant byte?
     pub big_endian: bool,
 }
+
+/// Names are not those of the numbers of particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoLayout {
+    /// A name is empty, or has control characters.
+    #[error("a name is empty or cannot be printed")]
+    Name,
+    /// A coordinate is missing.
+    #[error("there is no {0}")]
+    Axis(&'static str),
+}
+
+impl RawParticles {
+    /// The columns of these names; `_` is one that is left out.
+    ///
+    /// # Errors
+    /// If a name is none, or x, y or z is missing.
+    pub fn columns<'a>(names: impl Iterator<Item = &'a str> + Clone) -> Result<Vec<Option<String>>, NoLayout> {
+        if names.clone().any(|name| name.is_empty() || name.contains(char::is_control)) {
+            return Err(NoLayout::Name);
+        }
+        match ["x", "y", "z"].into_iter().find(|axis| !names.clone().any(|name| name == *axis)) {
+            Some(axis) => Err(NoLayout::Axis(axis)),
+            None => Ok(names.map(|name| (name != "_").then(|| name.to_owned())).collect()),
+        }
+    }
+}

@@ -23,6 +23,9 @@ pub fn composite(context: &Context<'_>, packet: &mut Packet) {
         let rows = color[..count].iter_mut().zip(radiance.iter()).zip(through.iter());
         rows.for_each(|((color, radiance), through)| *color = radiance + through * *color);
     }
+    if packet.through().is_some() {
+        packet.through_mut().iter_mut().zip(through.iter()).for_each(|(behind, through)| *behind *= through);
+    }
 }
 
 /// Weakens what arrives at points by the scene's media.

@@ -36,6 +36,9 @@ pub struct Packet {
     pub(super) derived: Derived,
     /// Image coordinates of each sample, in pixels (0.5, 0.5 is the middle of the first pixel).
     pub image: [Column<f32>; 2],
+    /// What of the light from behind the hits arrives where the rays start, and whether this is known.
+    through: Column<f32>,
+    has_through: bool,
     /// Colour of each ray, linear RGB: the result. Written by materials, backgrounds and media.
     pub color: Columns3,
     /// Index of the channel (viewpoint) that the packet belongs to.
@@ -77,6 +80,8 @@ impl Packet {
                 color: columns3(width),
             },
             image: [Column::new(width), Column::new(width)],
+            through: Column::new(width),
+            has_through: false,
             color: columns3(width),
             channel: 0,
             depth: 0,
@@ -110,6 +115,23 @@ impl Packet {
         self.runs.clear();
         self.runs.push(Run { rays: 0..count, hit: None });
         self.depth = 0;
+        self.has_through = false;
+    }
+
+    /// Of each active ray, the fraction of the light from behind its hit that arrives where it starts, beside what its colour has
+    /// already; `None` if that is nothing.
+    pub fn through(&self) -> Option<&[f32]> {
+        self.has_through.then(|| &self.through[..self.len()])
+    }
+
+    /// As [`through`](Self::through), to write: 0 at first.
+    pub fn through_mut(&mut self) -> &mut [f32] {
+        let count = self.len();
+        if !self.has_through {
+            self.through[..count].fill(0.0);
+            self.has_through = true;
+        }
+        &mut self.through[..count]
     }
 
     /// The active rays.

@@ -228,6 +228,20 @@ impl<'a> SubPacket<'a> {
         self.has_colors.then(|| part(&self.packet.derived.color, self.range.clone()))
     }
 
+    /// The opacities of the geometry's own at the hits; `false` if it is opaque: see [`Surface::opacities`].
+    pub fn own_opacities(&self, out: &mut [f32]) -> bool {
+        self.surface.is_some_and(|surface| surface.opacities(&self.hits(), out))
+    }
+
+    /// Keeps as much of the rays' colours as their opacities say, and lets the rest come from behind.
+    pub fn fade(&mut self, opacities: &[f32]) {
+        for column in self.colors_mut() {
+            column.iter_mut().zip(opacities).for_each(|(channel, opacity)| *channel *= opacity);
+        }
+        let through = self.packet.through_mut()[self.range.clone()].iter_mut();
+        through.zip(opacities).for_each(|(through, opacity)| *through = 1.0 - opacity);
+    }
+
     /// How large the numbers are that the hits' positions follow from: see [`Surface::error_scales`].
     pub fn error_scales(&self, out: &mut [f32]) {
         match self.surface {

@@ -71,6 +71,12 @@ pub trait Surface {
         false
     }
 
+    /// Of each hit, the fraction of the light from behind that it stops, 0 to 1, whatever its material is; the material's colour counts
+    /// by as much. `false` if all stop all of it: then it need not write any.
+    fn opacities(&self, _hits: &Hits<'_>, _out: &mut [f32]) -> bool {
+        false
+    }
+
     /// How large the numbers are that the position of a hit follows from, beside the coordinates and the distance: rounding errors
     /// are measured by it. The longest edge (its greatest coordinate) of a triangle, the radius of a sphere.
     fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]);

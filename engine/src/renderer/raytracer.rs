@@ -3,10 +3,12 @@
 use crate::medium::composite;
 use crate::packet::Packet;
 use crate::pipeline::fault::scope;
+use crate::shading::see_through;
 use crate::stack::{Context, Renderer};
 
 /// Intersects a packet, splits it into runs of one material, and hands each run to that material as a sub-packet, or to
-/// the background. Materials call back for secondary rays. At last the medium is put before it all.
+/// the background. Materials call back for secondary rays. Then the medium is put before it all. At last the same is done behind hits
+/// that are opaque in part, which the rays go on through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Raytracer {
     /// Rays with more reflections and refractions than this behind them see the background only.
@@ -25,7 +27,18 @@ impl Renderer for Raytracer {
             context.statistics.count_rays(packet);
             context.scene.intersect(context, packet);
         }
-        context.scene.shade(context, packet);
-        scope("medium", || composite(context, packet));
+        show(context, packet);
+        see_through(context, packet, |behind| {
+            let secondary = &context.statistics.secondary;
+            secondary.set(secondary.get() + behind.len() as u64);
+            context.scene.intersect(context, behind);
+            show(context, behind);
+        });
     }
+}
+
+/// Colours rays by what they hit, and by the medium before it.
+fn show(context: &Context<'_>, packet: &mut Packet) {
+    context.scene.shade(context, packet);
+    scope("medium", || composite(context, packet));
 }

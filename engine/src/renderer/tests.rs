@@ -17,6 +17,8 @@ use crate::sampler::SamplerKind;
 use crate::scene::{Geometry, Mesh, NeedsRebuild, Scene, SceneDescription, Spheres, build};
 use crate::stack::{Context, Fragment, Statistics};
 
+mod translucent;
+
 const WIDTH: u32 = 41;
 const HEIGHT: u32 = 27;
 

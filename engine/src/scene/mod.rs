@@ -11,6 +11,7 @@
 //! | `description` | what is in a scene |
 //! | `particles` | geometry is made of particles |
 //! | `particle_look` | what particles are shown as |
+//! | `particle_steps` | the steps of particles made ready for rays |
 //! | `shown` | what a volume is shown as |
 //! | `rendering` | how a scene is to be rendered |
 
@@ -18,6 +19,7 @@ mod build;
 mod bulk;
 mod description;
 mod particle_look;
+mod particle_steps;
 mod particles;
 mod rendering;
 mod shown;
@@ -25,7 +27,8 @@ mod volumes;
 
 pub use build::{build, with_geometry};
 pub use description::{Object, SceneDescription};
-pub use particle_look::{ColorBy, Map, ParticleLook};
+pub use particle_look::{ColorBy, Map, OpacityBy, ParticleLook};
+pub(crate) use particles::color_map;
 pub use particles::{GRAIN, ParticleError, ParticleNote, grain, show_particles};
 pub use rendering::{Rendering, Time};
 pub use shown::{Shown, Transfer};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::geometry::{Cropping, shift_material};
+use crate::geometry::{Cropping, OpacityCurve, shift_material};
 use crate::volume::{Preset, TransferFunction};
 
 /// What particles are shown as.
@@ -22,6 +22,19 @@ pub struct ParticleLook {
     pub crops: Vec<Cropping>,
     /// In which colours.
     pub color: ColorBy,
+    /// How opaque all are, 0 to 1; `None`: 1. With `opacity_by`: what its opacities are multiplied by.
+    pub opacity: Option<f32>,
+    /// The attribute that decides about opacities.
+    pub opacity_by: Option<OpacityBy>,
+}
+
+/// An attribute that decides how opaque particles are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpacityBy {
+    /// Its name.
+    pub name: String,
+    /// The opacities of its values; `None`: from 0 for the least of all steps to 1 for the greatest.
+    pub curve: Option<OpacityCurve>,
 }
 
 /// What decides about colours.

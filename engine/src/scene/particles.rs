@@ -5,12 +5,13 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::description::SceneDescription;
-use super::particle_look::{ColorBy, Map, ParticleLook};
+use super::particle_look::{ColorBy, Map, OpacityBy, ParticleLook};
+use super::particle_steps::{Maker, series};
 use super::volumes::Steps;
 use crate::accel::Build;
-use crate::geometry::{Cloud, CloudSeries, Coloring, Cropping, Particles, TooManyParticles};
+use crate::geometry::{CloudSeries, Coloring, Cropping, Opacity, OpacityCurve, Particles, TooManyParticles};
 use crate::material::Phong;
-use crate::particles::{self, Attribute, ParticleStep, Source, TilingError, Values, element_colors};
+use crate::particles::{self, ParticleStep, TilingError, Values, element_colors};
 use crate::volume::{ColorMap, Preset, TransferError, TransferFunction};
 
 /// Why particles cannot be shown as somebody asked for.
@@ -48,6 +49,9 @@ pub enum ParticleError {
     /// A colour map is none.
     #[error("{0}: {1}")]
     Map(String, TransferError),
+    /// An opacity of all is none.
+    #[error("{0}: an opacity is from 0 to 1, which {1} is not")]
+    Opacity(String, f32),
 }
 
 /// What was chosen where nobody said anything.
@@ -133,6 +137,7 @@ fn geometry(
         known(&all, attribute)?;
     }
     let coloring = coloring(&all, &look.color)?;
+    let opacity = opacity(&all, look)?;
     if let (Some(Coloring { attribute, map }), ColorBy::Auto) = (&coloring, &look.color) {
         let [low, high] = map.range();
         let (attribute, map) = (attribute.clone(), map.name.clone());
@@ -161,70 +166,8 @@ fn geometry(
     }
     let particles = Particles::of_series(name, Arc::new(series), at, material);
     let mut particles = particles.expect("the step that is shown is in memory");
-    (particles.crops, particles.coloring) = (look.crops.clone(), coloring);
+    (particles.crops, particles.coloring, particles.opacity) = (look.crops.clone(), coloring, opacity);
     Ok(particles)
-}
-
-/// The steps of particles: those in memory that fit into it, others are made when they are wanted.
-fn series(all: particles::Particles, maker: Maker, shown: usize, memory: u64) -> Result<CloudSeries, ParticleError> {
-    let particles::Particles { steps, source, .. } = all;
-    let mut clouds = Vec::with_capacity(steps.len());
-    let mut bytes = 0;
-    for (at, step) in steps.into_iter().enumerate() {
-        let fits = source.is_none() || (step.is_some() && bytes < memory);
-        if !fits && at != shown {
-            clouds.push(None);
-            continue;
-        }
-        let cloud = maker.cloud_of(step, source.as_deref(), at)?;
-        bytes += cloud.bytes() as u64;
-        clouds.push(Some(Arc::new(cloud)));
-    }
-    if clouds.is_empty() {
-        clouds.push(Some(Arc::new(Cloud::empty())));
-    }
-    Ok(match source {
-        Some(source) => {
-            let make = move |step| maker.cloud_of(None, Some(&*source), step).map_err(|error| error.to_string());
-            CloudSeries::made_when_wanted(clouds, Box::new(make), memory)
-        }
-        None => CloudSeries::new(clouds.into_iter().flatten().collect()),
-    })
-}
-
-/// Makes steps ready for rays.
-struct Maker {
-    look: ParticleLook,
-    name: String,
-    /// Of those that have none.
-    radius: f32,
-    build: Build,
-}
-
-impl Maker {
-    /// The cloud of a step, which is read if it is not in memory.
-    fn cloud_of(
-        &self,
-        step: Option<Arc<ParticleStep>>,
-        source: Option<&dyn Source>,
-        at: usize,
-    ) -> Result<Cloud, ParticleError> {
-        let mut step = match (step, source) {
-            (Some(step), _) => Arc::unwrap_or_clone(step),
-            (None, Some(source)) => source.read(at).map_err(ParticleError::Read)?,
-            (None, None) => ParticleStep::default(),
-        };
-        let look = &self.look;
-        if let Some(attribute) = &look.radius_by {
-            let factor = look.radius.unwrap_or(1.0);
-            let radius = |attribute: &Attribute| attribute.values.to_f32().iter().map(|x| x * factor).collect();
-            step.radii = step.attribute(attribute).map(radius).unwrap_or_default();
-        } else if look.radius.is_some() {
-            step.radii.clear();
-        }
-        let step = tiled(step, look).map_err(|error| ParticleError::Tiling(self.name.clone(), error))?;
-        Cloud::new(step, self.radius, &self.build).map_err(|error| ParticleError::TooMany(self.name.clone(), error))
-    }
 }
 
 /// The colour of particles where nothing decides about it, linear RGB.
@@ -233,14 +176,6 @@ pub const GRAIN: [f32; 3] = [0.85; 3];
 /// What particles of a colour are made of, unless somebody says so.
 pub fn grain(color: [f32; 3]) -> Phong {
     Phong { diffuse: color.into(), specular: Vec3::splat(0.12), ..Phong::default() }
-}
-
-fn tiled(mut step: ParticleStep, look: &ParticleLook) -> Result<ParticleStep, TilingError> {
-    step.cell = look.cell.or(step.cell);
-    match look.tile {
-        None => Ok(step),
-        Some(times) => step.tiled(times),
-    }
 }
 
 /// An error if there is no attribute of a name.
@@ -274,7 +209,21 @@ fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Colori
         }
     };
     let whole = sample.and_then(|step| step.attribute(name)).is_some_and(|one| matches!(one.values, Values::U8(_)));
-    let map = map.unwrap_or(match name {
+    let map = color_map(name, whole, map, range, || range_of(all, name));
+    let map = map.map_err(|error| ParticleError::Map(all.name.clone(), error))?;
+    Ok(Some(Coloring { attribute: name.to_owned(), map: Arc::new(map) }))
+}
+
+/// The colours of an attribute, which may have `whole` numbers only: those of a map, or as go with it. `range` are the values at the ends
+/// of the map, usually `all` that there are.
+pub(crate) fn color_map(
+    attribute: &str,
+    whole: bool,
+    map: Option<Map>,
+    range: Option<[f32; 2]>,
+    all: impl FnOnce() -> [f32; 2],
+) -> Result<ColorMap, TransferError> {
+    let map = map.unwrap_or(match attribute {
         "element" => Map::Elements,
         _ if whole => Map::Labels,
         _ => Map::Preset(Preset::Viridis),
@@ -282,20 +231,30 @@ fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Colori
     let range = match (&map, range) {
         (_, Some(range)) => range,
         (Map::Elements, None) => [0.0, 118.0],
-        _ => range_of(all, name),
+        _ => all(),
     };
     let function = match map {
-        Map::Preset(preset) => Ok(Arc::new(preset.function(range.map(f64::from)))),
+        Map::Preset(preset) => Arc::new(preset.function(range.map(f64::from))),
         Map::Labels => {
             let first = range[0].floor().clamp(-1e9, 1e9) as i32;
-            TransferFunction::labels("labels", (0..=(range[1] - range[0]).clamp(0.0, 4095.0) as i32).map(|i| first + i))
-                .map(Arc::new)
+            let numbers = (0..=(range[1] - range[0]).clamp(0.0, 4095.0) as i32).map(|i| first + i);
+            Arc::new(TransferFunction::labels("labels", numbers)?)
         }
-        Map::Elements => element_colors().map(Arc::new),
-        Map::Function(function) => Ok(function),
+        Map::Elements => Arc::new(element_colors()?),
+        Map::Function(function) => function,
     };
-    let function = function.map_err(|error| ParticleError::Map(all.name.clone(), error))?;
-    Ok(Some(Coloring { attribute: name.to_owned(), map: Arc::new(ColorMap::new(&function, range)) }))
+    Ok(ColorMap::new(&function, range))
+}
+
+fn opacity(all: &particles::Particles, look: &ParticleLook) -> Result<Opacity, ParticleError> {
+    let factor = look.opacity.unwrap_or(1.0);
+    if !(0.0..=1.0).contains(&factor) {
+        return Err(ParticleError::Opacity(all.name.clone(), factor));
+    }
+    let Some(OpacityBy { name, curve }) = &look.opacity_by else { return Ok(Opacity::All(factor)) };
+    known(all, name)?;
+    let curve = curve.clone().unwrap_or_else(|| OpacityCurve::rising(range_of(all, name)));
+    Ok(Opacity::By { attribute: name.clone(), curve: curve.scaled(factor) })
 }
 
 /// The least and the greatest finite value of an attribute in all steps that are in memory; 0 to 1 if there is none.

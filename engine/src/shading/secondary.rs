@@ -8,7 +8,7 @@ use crate::scratch::lend;
 use crate::stack::Context;
 
 /// Rays below this weight are not worth tracing: they change no byte of a picture by more than one.
-const LEAST_WEIGHT: f32 = 1.0 / 512.0;
+pub(super) const LEAST_WEIGHT: f32 = 1.0 / 512.0;
 
 /// Traces one ray for each row of `hits` whose `weight` is worth it, from `origin(i)` along the unit vector `direction(i)`, and
 /// adds the weighted colours to `out`.

@@ -15,6 +15,9 @@ pub const HELP: &str = "  \
   ] [                     level of the transfer function, or of particles shown
   } {                     wider, narrower
   ctrl+left drag          level and width; or iso values
+  c                       these for particles, where there is a medium; and back
+  b                       colours of particles by the next attribute
+  m                       next colour map of particles
   t                       next transfer function
   space                   time goes on, stops
   Right Left              next step of time, the one before
@@ -40,6 +43,10 @@ pub(super) enum Action {
     Level(i8),
     Width(i8),
     Transfer,
+    /// Whether these move particles instead.
+    InHand,
+    ColorBy,
+    Map,
     /// Another step of time.
     Step(i8),
     Play,
@@ -68,6 +75,9 @@ pub(super) fn action(key: &Key) -> Option<Action> {
         Key::Character("}") => Action::Width(1),
         Key::Character("{") => Action::Width(-1),
         Key::Character("t" | "T") => Action::Transfer,
+        Key::Character("c" | "C") => Action::InHand,
+        Key::Character("b" | "B") => Action::ColorBy,
+        Key::Character("m" | "M") => Action::Map,
         Key::Character(" ") | Key::Named(NamedKey::Space) => Action::Play,
         Key::Named(NamedKey::ArrowRight) => Action::Step(1),
         Key::Named(NamedKey::ArrowLeft) => Action::Step(-1),

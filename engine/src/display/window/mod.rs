@@ -10,6 +10,7 @@
 //! | `keys` | what each key does |
 //! | `viewer` | the event loop's handler |
 //! | `volumes` | how what volumes are shown as is changed |
+//! | `particles` | which particles are shown, and in which colours |
 //! | `strips` | pictures that are too large for one request of X11 |
 //! | `connection` | the window itself, from its opening to its end |
 //! | `news` | what the window is told by others |
@@ -18,6 +19,7 @@ mod connection;
 mod keys;
 mod navigation;
 mod news;
+mod particles;
 mod screen;
 mod strips;
 mod viewer;

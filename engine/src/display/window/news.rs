@@ -15,6 +15,8 @@ pub struct Titles {
     pub transfer: Vec<String>,
     /// Whether they are lit, if that was said.
     pub shading: Option<String>,
+    /// What decides about the colours of particles, in words of that command.
+    pub coloring: String,
     /// How a shell takes a word.
     pub quoted: fn(&str) -> String,
     /// Where its files were put.

@@ -33,6 +33,7 @@ pub(super) struct Shared {
     /// What is laid over the picture: help, and what colours mean.
     pub(super) help: Option<Sheet>,
     pub(super) legend: Option<Sheet>,
+    pub(super) hides_legend: bool,
 }
 
 /// A screenshot that is wanted.
@@ -75,7 +76,8 @@ impl Shared {
     /// Row `y` of what is shown in a window of a size: the picture, and what is laid over it.
     pub(super) fn fill_row(&self, size: [usize; 2], y: usize, row: &mut [u32]) {
         self.fill_from_picture(size, y, row);
-        for sheet in [&self.legend, &self.help].into_iter().flatten() {
+        let legend = self.legend.as_ref().filter(|_| !self.hides_legend);
+        for sheet in [legend, self.help.as_ref()].into_iter().flatten() {
             sheet.cover(size, y, row);
         }
     }

@@ -18,13 +18,14 @@ use winit::window::{Window, WindowId};
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
 use super::news::{News, Titles, WindowError, without_place};
+use super::particles::{ParticleControls, legend_of};
 use super::screen::{Screen, Screenshot};
 use super::strips::Strips;
 use super::volumes::VolumeControls;
 use crate::app::{Chosen, Settings, State};
 use crate::balance::BalancerKind;
 use crate::camera::{Up, View};
-use crate::display::{Sheet, legend};
+use crate::display::Sheet;
 use crate::image::Size;
 use crate::output;
 use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
@@ -50,8 +51,7 @@ pub(super) struct Viewer {
     /// The axis of the scene that points up.
     axis: Up,
     volumes: VolumeControls,
-    /// What colours mean, if they mean something.
-    legend: Option<Sheet>,
+    particles: ParticleControls,
     antialiased: SamplerKind,
     drag: Option<(MouseButton, Drag)>,
     mouse: PhysicalPosition<f64>,
@@ -77,10 +77,8 @@ impl Viewer {
         let (size, threads) = (settings.size, settings.threads);
         let state = pipeline.state();
         let chosen = *state.chosen();
-        let mut coloured = state.stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref());
-        let legend = coloured.find_map(legend);
-        screen.lock().legend.clone_from(&legend);
-        let volumes = VolumeControls::new(state, titles, &handle);
+        screen.lock().legend = legend_of(state);
+        let (volumes, particles) = (VolumeControls::new(state, titles, &handle), ParticleControls::new(state, titles));
         let axis = state.stack.scene.up;
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
@@ -98,7 +96,7 @@ impl Viewer {
             first_view: chosen.view,
             axis,
             volumes,
-            legend,
+            particles,
             antialiased,
             drag: None,
             mouse: PhysicalPosition::default(),
@@ -171,12 +169,15 @@ impl Viewer {
             Action::FewerThreads => self.set_threads(self.threads - 1),
             Action::Iso(steps) => self.volumes.move_iso(steps.into(), &self.handle),
             Action::Level(steps) => {
-                self.volumes.move_window([steps.into(), 0.0], &self.handle);
+                self.move_window([steps.into(), 0.0]);
             }
             Action::Width(steps) => {
-                self.volumes.move_window([0.0, steps.into()], &self.handle);
+                self.move_window([0.0, steps.into()]);
             }
             Action::Transfer => self.volumes.next_transfer(&self.handle),
+            Action::InHand => self.particles.in_hand = !self.particles.in_hand && self.volumes.has_window(),
+            Action::ColorBy => self.particles.next_attribute(&self.handle, &self.screen),
+            Action::Map => self.particles.next_map(&self.handle, &self.screen),
             Action::Step(by) => self.volumes.move_step(by.into(), &self.handle),
             Action::Play => self.volumes.play_or_pause(),
             Action::Faster => self.volumes.speed(2.0),
@@ -204,7 +205,7 @@ impl Viewer {
 
     fn show_or_hide_legend(&mut self) {
         let mut shared = self.screen.lock();
-        shared.legend = if shared.legend.is_some() { None } else { self.legend.clone() };
+        shared.hides_legend ^= true;
         drop(shared);
         self.redraw();
     }
@@ -228,7 +229,7 @@ impl Viewer {
     fn save(&self) {
         let Some(saved) = &self.titles.saved else {
             tell(format_args!(
-                "mobula: warning: no scene file can say what is shown: it comes from standard input, from a scene file and others, or from raw particles"
+                "mobula: warning: no scene file can say what is shown: it comes from standard input, or from a scene file and others"
             ));
             return;
         };
@@ -246,7 +247,9 @@ impl Viewer {
             shadows: Some(shadows),
             time,
         };
-        let text = saved.text(&rendering, self.axis, &self.volumes.changes());
+        let mut changes = self.volumes.changes();
+        self.particles.tell(&mut changes);
+        let text = saved.text(&rendering, self.axis, &changes);
         let number = (1_u32..).find(|number| !saved_name(*number).exists()).unwrap_or(0);
         let file = saved_name(number);
         match output::write(&file, |mut handle| handle.write_all(text.as_bytes())) {
@@ -293,7 +296,7 @@ impl Viewer {
         // A scene file says what volumes are shown as: what was changed of that is written with it.
         let volumes = match self.titles.of_file {
             true => self.volumes.step().map(|step| format!(" --step {step}")).unwrap_or_default(),
-            false => self.volumes.options(self.titles.quoted),
+            false => self.particles.options(self.titles.quoted) + &self.volumes.options(self.titles.quoted),
         };
         let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
         let (size, eye, at) = (self.size, point(eye), point(at));
@@ -330,10 +333,18 @@ impl Viewer {
         }
     }
 
+    /// Moves level and width of media, or of the particles that are shown. Says whether there are any.
+    fn move_window(&mut self, by: [f64; 2]) -> bool {
+        match self.volumes.has_window() && !self.particles.in_hand {
+            true => self.volumes.move_window(by, &self.handle),
+            false => self.particles.move_crop(by, &self.handle),
+        }
+    }
+
     /// A drag over volumes: level to the right and width upwards, or without media iso values to the right.
     fn move_values(&mut self, [x, y]: [f32; 2]) {
         let steps = [f64::from(x), -f64::from(y)].map(|pixels| pixels / 8.0);
-        if !self.volumes.move_window(steps, &self.handle) {
+        if !self.move_window(steps) {
             self.volumes.move_iso(steps[0], &self.handle);
         }
         self.title_soon();
@@ -377,7 +388,7 @@ impl Viewer {
         };
         let Chosen { renderer, sampler, shadows, .. } = self.chosen;
         let shadows = if shadows { "shadows" } else { "no shadows" };
-        let volumes = self.volumes.title();
+        let volumes = self.volumes.title() + &self.particles.title();
         window.set_title(&format!(
             "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows}{volumes} | h: help",
             self.titles.name,

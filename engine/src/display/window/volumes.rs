@@ -1,4 +1,4 @@
-//! How a viewer changes what volumes and particles are shown as: iso values, level and width, transfer functions, time.
+//! How a viewer changes what volumes are shown as: iso values, level and width, transfer functions, time.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,6 @@ const SPEED: f64 = 8.0;
 pub(super) struct VolumeControls {
     shown: Volumes,
     first_window: Option<[f64; 2]>,
-    first_crop: Option<[f32; 2]>,
     /// The transfer functions as the command line names them.
     transfer: Vec<String>,
     /// Whether they are lit, if the command line said so.
@@ -43,14 +42,12 @@ impl VolumeControls {
             None
         });
         let shown = state.volumes();
-        let first_crop = shown.crop.as_ref().map(|(_, shown, _)| *shown);
         let media = state.stack.scene.media.iter().filter_map(|medium| medium.downcast_ref::<Volume>());
         let named = media.map(|volume| volume.function().name.clone());
         Self {
             first_window: shown.window.map(|(window, _)| window),
             first_iso: shown.iso.as_ref().map(|(values, _)| values.clone()),
             shown,
-            first_crop,
             transfer: if titles.of_file { named.collect() } else { titles.transfer.clone() },
             shading: titles.shading.clone(),
             other_transfer: false,
@@ -75,11 +72,13 @@ impl VolumeControls {
         handle.send("iso values", move |state| state.set_iso_values(&values));
     }
 
+    /// Are there media whose level and width can be moved?
+    pub(super) fn has_window(&self) -> bool {
+        self.shown.window.is_some()
+    }
+
     /// Moves level and width of media by so many steps, each a 64th: of the range, and of the width. Says whether there are any.
     pub(super) fn move_window(&mut self, [level_by, width_by]: [f64; 2], handle: &Handle<State>) -> bool {
-        if self.shown.window.is_none() {
-            return self.move_crop([level_by, width_by], handle);
-        }
         let Some(([level, width], [low, high])) = &mut self.shown.window else { return false };
         let range = if *high > *low { *high - *low } else { 1.0 };
         let precise = range / 10_000.0;
@@ -87,20 +86,6 @@ impl VolumeControls {
         *width = rounded(*width * (1.0 + 1.0 / 64.0_f64).powf(width_by * 2.0), precise).clamp(precise, 8.0 * range);
         let window = [*level, *width];
         handle.send("window", move |state| state.set_window(window));
-        true
-    }
-
-    /// As [`move_window`](Self::move_window), of the values of the particles that are shown.
-    fn move_crop(&mut self, [level_by, width_by]: [f64; 2], handle: &Handle<State>) -> bool {
-        let Some((attribute, shown, range)) = &mut self.shown.crop else { return false };
-        let [low, high] = range.map(f64::from);
-        let [from, to] = shown.map(f64::from);
-        let (whole, precise) = (high - low, (high - low) / 10_000.0);
-        let half = (((to - from) * (1.0 + 1.0 / 64.0_f64).powf(width_by * 2.0)).clamp(precise, 1.1 * whole)) / 2.0;
-        let middle = ((from + to) / 2.0 + level_by * whole / 64.0).clamp(low, high);
-        *shown = [middle - half, middle + half].map(|end| rounded(end, precise) as f32);
-        let (attribute, shown) = (attribute.clone(), *shown);
-        handle.send("crop", move |state| state.set_crop(&attribute, shown));
         true
     }
 
@@ -171,11 +156,6 @@ impl VolumeControls {
         self.streamer.as_ref().is_some_and(Streamer::waits)
     }
 
-    /// The particles that are shown, if that was changed.
-    fn cropped(&self) -> Option<&(String, [f32; 2], [f32; 2])> {
-        self.shown.crop.as_ref().filter(|(_, shown, _)| Some(*shown) != self.first_crop)
-    }
-
     /// What the title says.
     pub(super) fn title(&self) -> String {
         let mut text = String::new();
@@ -185,10 +165,6 @@ impl VolumeControls {
         if let Some(([level, width], _)) = &self.shown.window {
             let [level, width] = [level, width].map(|value| rounded(*value, width / 1000.0));
             text += &format!(", {}, level {level}, width {width}", self.transfer.join(", "));
-        }
-        if let Some((attribute, [low, high], range)) = self.cropped() {
-            let [low, high] = [low, high].map(|end| rounded(f64::from(*end), f64::from(range[1] - range[0]) / 1000.0));
-            text += &format!(", {attribute} {low} to {high}");
         }
         if self.shown.steps > 1 {
             text += &format!(", step {} of {}", self.shown.step, self.shown.steps);
@@ -209,7 +185,7 @@ impl VolumeControls {
             iso: iso.filter(|values| self.first_iso.as_ref() != Some(values)),
             transfer: self.other_transfer.then(|| self.transfer.join(" ")),
             window: self.shown.window.map(|(window, _)| window).filter(|window| self.first_window != Some(*window)),
-            crop: self.cropped().map(|(attribute, range, _)| (attribute.clone(), *range)),
+            ..Changes::default()
         }
     }
 
@@ -235,9 +211,6 @@ impl VolumeControls {
         {
             text += &format!(" --window {}", joined(&window, ","));
         }
-        if let Some((attribute, [low, high], _)) = self.cropped() {
-            text += &format!(" --crop {}", quoted(&format!("{attribute}={low},{high}")));
-        }
         if self.shown.step > 0 {
             text += &format!(" --step {}", self.shown.step);
         }
@@ -250,7 +223,7 @@ fn joined(values: &[f64], between: &str) -> String {
 }
 
 /// A value with no more digits than make sense if so much of it matters.
-fn rounded(value: f64, matters: f64) -> f64 {
+pub(super) fn rounded(value: f64, matters: f64) -> f64 {
     let digits = 10_f64.powf(matters.abs().max(1e-300).log10().ceil());
     let rounded = (value / digits).round() * digits;
     format!("{rounded:.9e}").parse().unwrap_or(rounded)

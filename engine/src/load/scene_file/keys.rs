@@ -1,6 +1,5 @@
-//! Which keys there are, and what stands behind them.
+//! Which keys there are, and what stands behind them; those of objects are in [`object_keys`](super::object_keys).
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
@@ -9,12 +8,8 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, Error, IgnoredAny, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
 use toml::Spanned;
 
-use super::values::{
-    Angle, Color, Count, Named, NotNegative, Number, Part, Point, Positive, Radiance, Repeats, Single, StepLength,
-    Whole,
-};
+use super::values::{Angle, Color, Count, Named, NotNegative, Number, Part, Point, Positive, Radiance, Whole};
 use crate::camera::CameraKind;
-use crate::load::VoxelType;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
 use crate::view::Up;
@@ -189,125 +184,6 @@ impl FromStr for Measured {
     }
 }
 
-/// A file, or several.
-#[derive(Clone, Debug)]
-pub(super) struct Files(pub(super) Vec<String>);
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Mesh {
-    pub(super) mesh: Spanned<Files>,
-    pub(super) material: Option<Spanned<String>>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Spheres {
-    /// Centre and radius.
-    pub(super) spheres: Vec<(Single, Single, Single, Positive)>,
-    pub(super) material: Option<Spanned<String>>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Particles {
-    pub(super) particles: Spanned<Files>,
-    pub(super) radius: Option<Positive>,
-    pub(super) radius_by: Option<String>,
-    pub(super) material: Option<Spanned<String>>,
-    #[serde(default)]
-    pub(super) crop: BTreeMap<String, Spanned<[Number; 2]>>,
-    pub(super) color: Option<Paint>,
-    pub(super) tile: Option<[Repeats; 3]>,
-    #[serde(rename = "box")]
-    pub(super) bounds: Option<Spanned<[Point; 2]>>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Volume {
-    pub(super) volume: Spanned<Files>,
-    pub(super) raw: Option<Raw>,
-    pub(super) transfer: Option<Spanned<String>>,
-    pub(super) window: Option<(Number, Positive)>,
-    pub(super) shading: Option<Named<Shading>>,
-    pub(super) step_length: Option<StepLength>,
-    pub(super) iso: Option<Vec<Iso>>,
-    pub(super) cut: Option<Vec<Spanned<[Single; 4]>>>,
-    pub(super) origin: Option<Point>,
-}
-
-impl Volume {
-    /// Does it say anything of what the volume is shown as?
-    pub(super) fn says_how(&self) -> bool {
-        let Self { volume: _, raw: _, transfer, window, shading, step_length, iso, cut, origin } = self;
-        let medium = transfer.is_some() || window.is_some() || shading.is_some() || step_length.is_some();
-        medium || iso.is_some() || cut.is_some() || origin.is_some()
-    }
-}
-
-/// What a file of nothing but voxels does not say.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Raw {
-    pub(super) dims: [Count; 3],
-    pub(super) steps: Option<Count>,
-    #[serde(rename = "type")]
-    pub(super) kind: Named<RawType>,
-    pub(super) spacing: Option<[Positive; 3]>,
-}
-
-/// A type of voxels, and whether their most significant byte is first.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RawType {
-    pub(super) kind: VoxelType,
-    pub(super) big_endian: bool,
-}
-
-impl FromStr for RawType {
-    type Err = crate::load::NoVoxelType;
-    fn from_str(word: &str) -> Result<Self, Self::Err> {
-        let lower = word.to_ascii_lowercase();
-        let (name, big_endian) = match lower.strip_suffix("be") {
-            Some(name) => (name, true),
-            None => (lower.strip_suffix("le").unwrap_or(&lower), false),
-        };
-        Ok(Self { kind: name.parse()?, big_endian })
-    }
-}
-
-/// When media of volumes are lit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shading {
-    Auto,
-    On,
-    Off,
-}
-
-impl FromStr for Shading {
-    type Err = &'static str;
-    fn from_str(word: &str) -> Result<Self, Self::Err> {
-        match word {
-            "auto" => Ok(Self::Auto),
-            "on" => Ok(Self::On),
-            "off" => Ok(Self::Off),
-            _ => Err("write auto, on or off"),
-        }
-    }
-}
-
-/// An iso-surface: its value, or more.
-#[derive(Clone, Debug)]
-pub(super) struct Iso(pub(super) IsoKeys);
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct IsoKeys {
-    pub(super) value: Number,
-    pub(super) material: Option<Spanned<String>>,
-    pub(super) transparent: Option<Part>,
-}
-
 /// Values that may be written in several ways: what people are told to write, and what each way gives.
 macro_rules! either {
     ($($name:ident = $expected:literal { $($visit:tt)+ })+) => {$(
@@ -378,28 +254,6 @@ either! {
     TransferRows = "points such as [[0, 0, 0, 0, 0], [20, 1, 0.3, 0, 2]], or a table with points, values and lengths" {
         seq_or_map!(TransferRows: Points, Scaled);
     }
-    Files = "the name of a file between quotes, or a list of them" {
-        fn visit_str<E: Error>(self, name: &str) -> Result<Files, E> {
-            Ok(Files(vec![name.to_owned()]))
-        }
-        fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Files, A::Error> {
-            Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map(Files)
-        }
-    }
-    Iso = "a value, or a table with value, material and transparent" {
-        fn visit_i64<E: Error>(self, value: i64) -> Result<Iso, E> {
-            Ok(plain_iso(value as f64))
-        }
-        fn visit_f64<E: Error>(self, value: f64) -> Result<Iso, E> {
-            let finite = value.is_finite().then(|| plain_iso(value));
-            finite.ok_or_else(|| E::invalid_value(Unexpected::Float(value), &self))
-        }
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Iso, A::Error> {
-            Deserialize::deserialize(MapAccessDeserializer::new(map)).map(Iso)
-        }
-    }
 }
 
-fn plain_iso(value: f64) -> Iso {
-    Iso(IsoKeys { value: Number(value), material: None, transparent: None })
-}
+pub(super) use either;

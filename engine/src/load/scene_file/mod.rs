@@ -11,12 +11,14 @@
 //! | `parts` | the files that objects name |
 //! | `named` | materials, transfer functions and colour maps that have names |
 //! | `keys` | which keys there are |
+//! | `object_keys` | those of objects |
 //! | `values` | what may stand behind keys |
 //! | `text` | where in the text something is wrong, and what may have been meant |
 
 mod assemble;
 mod keys;
 mod named;
+mod object_keys;
 mod objects;
 mod particles;
 mod parts;

@@ -200,7 +200,7 @@ pub(super) fn kind_of<'de, K: std::str::FromStr<Err: std::fmt::Display>>(
 }
 
 /// Two numbers, the second above the first.
-pub(super) fn ascending(text: &Text<'_>, range: &Spanned<[Number; 2]>) -> Result<[f64; 2], LoadError> {
+fn ascending(text: &Text<'_>, range: &Spanned<[Number; 2]>) -> Result<[f64; 2], LoadError> {
     let [low, high] = range.get_ref().map(|x| x.0);
     let wrong = || text.error(range.span(), format!("{high} is not above {low}"), "write the lesser number first");
     (low < high).then_some([low, high]).ok_or_else(wrong)

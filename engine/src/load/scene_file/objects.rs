@@ -7,10 +7,10 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::keys::{self, Iso, IsoKeys, Raw, Shading};
 use super::named::Definitions;
+use super::object_keys::{self as keys, Iso, IsoKeys, Raw, Shading};
 use super::particles;
-use super::parts::Parts;
+use super::parts::{Parts, RawFiles};
 use super::text::Text;
 use super::values::{Named, point};
 use crate::generate;
@@ -123,7 +123,7 @@ impl Building<'_> {
     fn add_mesh(&mut self, keys: &keys::Mesh) -> Result<(), LoadError> {
         let keys::Mesh { mesh: name, material } = keys;
         let number = material.as_ref().map(|name| self.named.find_plain(&self.text, name)).transpose()?;
-        for mut part in self.parts.get(name, None)? {
+        for mut part in self.parts.get(name, &RawFiles::default())? {
             if name.get_ref().0.iter().any(|name| name.starts_with(generate::PREFIX)) {
                 self.scene.ambient = Arc::clone(&part.scene.ambient);
                 self.scene.background = Arc::clone(&part.scene.background);
@@ -170,7 +170,8 @@ impl Building<'_> {
 
     fn add_particles(&mut self, asked: &particles::Particles) -> Result<(), LoadError> {
         let name = &asked.files;
-        for part in self.parts.get(name, None)? {
+        let raw = RawFiles { voxels: None, particles: asked.raw.clone() };
+        for part in self.parts.get(name, &raw)? {
             if part.scene.particles.is_empty() {
                 return Err(self.text.error(name.span(), "these are no particles", "write mesh = or volume = instead"));
             }
@@ -191,7 +192,7 @@ impl Building<'_> {
     fn add_volume(&mut self, keys: &keys::Volume) -> Result<(), LoadError> {
         let name = &keys.volume;
         let before = self.scene.volumes.len();
-        for part in self.parts.get(name, keys.raw.map(raw))? {
+        for part in self.parts.get(name, &RawFiles { voxels: keys.raw.map(raw), particles: None })? {
             self.no_particles(name, &part.scene)?;
             if part.scene.volumes.is_empty() || !part.scene.geometry.is_empty() {
                 return Err(self.text.error(name.span(), "this is no volume", "write mesh = instead of volume ="));

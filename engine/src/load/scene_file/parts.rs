@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 
-use super::keys::Files;
+use super::object_keys::Files;
 use super::text::{Text, shortened};
 use crate::load::place::Place;
 use crate::load::series::{self, Gathering};
-use crate::load::{LoadError, Loaded, Options, Raw, Report, input};
+use crate::load::{LoadError, Loaded, Options, Raw, RawParticles, Report, input};
 use crate::{builtin, generate};
 
 /// Loads a file that is no scene file itself.
@@ -18,6 +18,13 @@ pub(super) type Load<'a> = &'a dyn Fn(&Path, &Options) -> Result<Loaded, LoadErr
 
 /// So many objects may name the same files: what each makes of them takes memory.
 const MOST_TIMES: usize = 16;
+
+/// What a scene file says of files of nothing but numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RawFiles {
+    pub(super) voxels: Option<Raw>,
+    pub(super) particles: Option<RawParticles>,
+}
 
 /// What is loaded, and how.
 pub(super) struct Parts<'a> {
@@ -50,8 +57,8 @@ impl<'a> Parts<'a> {
     }
 
     /// What is in the files that names mean, steps of time of one volume joined.
-    pub(super) fn get(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
-        if raw.is_some() {
+    pub(super) fn get(&mut self, names: &Spanned<Files>, raw: &RawFiles) -> Result<Vec<Loaded>, LoadError> {
+        if raw.voxels.is_some() || raw.particles.is_some() {
             // What is in them may differ each time.
             return self.open(names, raw);
         }
@@ -68,8 +75,10 @@ impl<'a> Parts<'a> {
         Ok(opened)
     }
 
-    fn open(&mut self, names: &Spanned<Files>, raw: Option<Raw>) -> Result<Vec<Loaded>, LoadError> {
-        let mut all = Gathering::new(self.options);
+    fn open(&mut self, names: &Spanned<Files>, raw: &RawFiles) -> Result<Vec<Loaded>, LoadError> {
+        let RawFiles { voxels: raw, particles: raw_particles } = raw.clone();
+        let options = Options { raw, raw_particles, ..self.options.clone() };
+        let mut all = Gathering::new(&options);
         for name in &names.get_ref().0 {
             if name.starts_with(generate::PREFIX) {
                 let part = self.generated(name, names.span())?;
@@ -81,7 +90,7 @@ impl<'a> Parts<'a> {
                 if all.defers(&path) {
                     continue;
                 }
-                let options = Options { place: self.place, raw, raw_particles: None, ..self.options.clone() };
+                let options = Options { place: self.place, ..options.clone() };
                 let part = (self.load)(&path, &options)?;
                 self.place.get_or_insert(part.place);
                 all.add(path, part);

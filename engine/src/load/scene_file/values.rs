@@ -54,6 +54,19 @@ impl Real {
     }
 }
 
+/// As [`Real`], and infinite ones.
+struct Endless;
+
+impl Endless {
+    fn of_whole(number: i64) -> Option<f64> {
+        Some(number as f64)
+    }
+
+    fn of_float(number: f64) -> Option<f64> {
+        (!number.is_nan()).then_some(number)
+    }
+}
+
 /// Numbers that must be written as whole ones.
 struct Counted;
 
@@ -70,6 +83,8 @@ impl Counted {
 numbers! {
     /// Any.
     Number(f64) = "a finite number", Real, |_x| true;
+    /// The end of a range.
+    Bound(f64) = "a number, or inf", Endless, |_x| true;
     /// Within the numbers that rays are traced with.
     Single(f64) = "a number from -1e30 to 1e30", Real, |x| x.abs() <= 1e30;
     /// A length, a density.

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use crate::generate;
 use crate::load::place::Place;
-use crate::load::{LoadError, Raw};
+use crate::load::{LoadError, Raw, RawParticles, VoxelType};
 use crate::medium::{DEFAULT_STEP, Fog};
 use crate::scene::{GRAIN, Object, Rendering, Shown};
 use crate::view::Up;
@@ -29,8 +29,10 @@ pub struct Changes {
     pub transfer: Option<String>,
     /// Level and width of the transfer functions.
     pub window: Option<[f64; 2]>,
-    /// An attribute of particles, and from where to where its values are shown.
-    pub crop: Option<(String, [f32; 2])>,
+    /// Attributes of particles, and from where to where their values are shown.
+    pub crops: Vec<(String, [f32; 2])>,
+    /// An attribute that decides about the colours of particles, and the name of a map if it has not that which goes with it.
+    pub color: Option<(String, Option<String>)>,
 }
 
 /// What options say of all particles.
@@ -45,7 +47,11 @@ pub struct SavedParticles {
     /// The sides of that box, in units of the files.
     pub sides: Option<[f64; 3]>,
     /// Attributes, and from where to where their values are shown.
-    pub crops: Vec<(String, [f32; 2])>,
+    pub crops: Vec<(String, Vec<[f32; 2]>)>,
+    /// How opaque they are, or what the opacities of `opacity_by` are multiplied by.
+    pub opacity: Option<f32>,
+    /// Which attribute decides about that, and its values with their opacities, if these were said.
+    pub opacity_by: Option<(String, Option<Vec<[f32; 2]>>)>,
     /// Which attribute decides about colours; `none`: none does.
     pub color_by: Option<String>,
     /// The name of the colour map.
@@ -105,14 +111,26 @@ impl SavedScene {
 
     /// Says what is in files of nothing but voxels, which `is_raw` tells by their names.
     pub fn describe_raw(&mut self, raw: &Raw, is_raw: impl Fn(&str) -> bool) {
+        self.insert_raw("volume", &raw_table(raw), is_raw);
+    }
+
+    /// Says what is in files of nothing but the numbers of particles, which `is_raw` tells by their names.
+    pub fn describe_raw_particles(&mut self, raw: &RawParticles, is_raw: impl Fn(&str) -> bool) {
+        let names = raw.columns.iter().map(|name| name.as_deref().unwrap_or("_").into());
+        let entries = [("layout", Value::Array(names.collect())), ("type", raw_type(raw.kind, raw.big_endian))];
+        let table = entries.map(|(key, value)| (key.to_owned(), value)).into_iter().collect();
+        self.insert_raw("particles", &table, is_raw);
+    }
+
+    fn insert_raw(&mut self, kind: &str, raw: &Table, is_raw: impl Fn(&str) -> bool) {
         for object in objects(&mut self.table) {
-            let found = match object.get("volume") {
+            let found = match object.get(kind) {
                 Some(Value::String(name)) => is_raw(name),
                 Some(Value::Array(names)) => names.iter().filter_map(Value::as_str).any(&is_raw),
                 _ => false,
             };
             if found {
-                object.insert("raw".into(), raw_table(raw).into());
+                object.insert("raw".into(), raw.clone().into());
             }
         }
     }
@@ -142,7 +160,7 @@ impl SavedScene {
 
     /// Says what all particles are shown as.
     pub fn describe_particles(&mut self, said: &SavedParticles) {
-        let SavedParticles { radius, radius_by, tile, sides, crops, color_by, map, range } = said;
+        let SavedParticles { radius, radius_by, tile, sides, crops, opacity, opacity_by, color_by, map, range } = said;
         for object in objects(&mut self.table).filter(|object| object.contains_key("particles")) {
             let mut put = |key: &str, value: Option<Value>| object.extend(value.map(|value| (key.to_owned(), value)));
             put("radius", radius.map(|radius| exact(radius).into()));
@@ -155,13 +173,13 @@ impl SavedScene {
                     if by == "none" {
                         return numbers(GRAIN.map(exact));
                     }
-                    let mut table = Table::from_iter([("by".to_owned(), by.as_str().into())]);
-                    table.extend(map.as_ref().map(|map| ("map".to_owned(), map.as_str().into())));
+                    let mut table = color_by_table(by, map.as_deref());
                     table.extend(range.map(|range| ("range".to_owned(), numbers(range.map(exact)))));
                     Value::Table(table)
                 }),
             );
-            crops.iter().for_each(|(attribute, range)| set_crop(object, attribute, *range));
+            put("opacity", opacity_value(*opacity, opacity_by.as_ref()));
+            crops.iter().for_each(|(attribute, ranges)| set_crop(object, attribute, ranges));
         }
     }
 
@@ -211,9 +229,10 @@ impl SavedScene {
             }
         }
         objects(&mut table).filter(|object| object.contains_key("volume")).for_each(|object| change(object, changes));
-        if let Some((attribute, range)) = &changes.crop {
-            let particles = objects(&mut table).filter(|object| object.contains_key("particles"));
-            particles.for_each(|object| set_crop(object, attribute, *range));
+        for object in objects(&mut table).filter(|object| object.contains_key("particles")) {
+            changes.crops.iter().for_each(|(attribute, range)| set_crop(object, attribute, &[*range]));
+            let color = changes.color.as_ref().map(|(by, map)| color_by_table(by, map.as_deref()).into());
+            object.extend(color.map(|color| ("color".to_owned(), color)));
         }
         format!("mobula = 1\n{table}")
     }
@@ -245,11 +264,33 @@ fn exact(number: f32) -> f64 {
 }
 
 /// Lets an object of particles show only some values of an attribute.
-fn set_crop(object: &mut Table, attribute: &str, range: [f32; 2]) {
+fn set_crop(object: &mut Table, attribute: &str, ranges: &[[f32; 2]]) {
     let crops = object.entry("crop").or_insert_with(|| Value::Table(Table::new()));
     if let Value::Table(crops) = crops {
-        crops.insert(attribute.to_owned(), numbers(range.map(exact)));
+        let value = match ranges {
+            [only] => numbers(only.map(exact)),
+            several => pairs(several),
+        };
+        crops.insert(attribute.to_owned(), value);
     }
+}
+
+/// What says that colours go by an attribute.
+fn color_by_table(by: &str, map: Option<&str>) -> Table {
+    let map = map.map(|map| ("map".to_owned(), map.into()));
+    [("by".to_owned(), by.into())].into_iter().chain(map).collect()
+}
+
+/// How opaque particles are.
+fn opacity_value(all: Option<f32>, by: Option<&(String, Option<Vec<[f32; 2]>>)>) -> Option<Value> {
+    let Some((by, points)) = by else { return all.map(|opacity| exact(opacity).into()) };
+    let points = points.as_ref().map(|points| ("points".to_owned(), pairs(points)));
+    let scale = all.map(|factor| ("scale".to_owned(), exact(factor).into()));
+    Some(Value::Table([("by".to_owned(), by.as_str().into())].into_iter().chain(points).chain(scale).collect()))
+}
+
+fn pairs(pairs: &[[f32; 2]]) -> Value {
+    Value::Array(pairs.iter().map(|pair| numbers(pair.map(exact))).collect())
 }
 
 fn numbers<const N: usize>(numbers: [f64; N]) -> Value {
@@ -260,12 +301,15 @@ fn whole(number: u64) -> Value {
     Value::Integer(i64::try_from(number).unwrap_or(i64::MAX))
 }
 
+fn raw_type(kind: VoxelType, big_endian: bool) -> Value {
+    format!("{kind}{}", if big_endian { "be" } else { "le" }).into()
+}
+
 fn raw_table(raw: &Raw) -> Table {
-    let kind = format!("{}{}", raw.kind, if raw.big_endian { "be" } else { "le" });
     let entries = [
         ("dims", Value::Array(raw.dims.map(whole).into())),
         ("steps", whole(raw.steps)),
-        ("type", kind.into()),
+        ("type", raw_type(raw.kind, raw.big_endian)),
         ("spacing", numbers(raw.spacing)),
     ];
     entries.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
