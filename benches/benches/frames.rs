@@ -21,7 +21,6 @@ use mobula::material::Lambertian;
 use mobula::renderer::RendererKind;
 use mobula::sampler::morton;
 use mobula::scene::SceneDescription;
-use mobula::{generate, load};
 use mobula_benches::clock;
 use mobula_benches::embree::{Device, Entry, Interface, Quality, Scene};
 use mobula_benches::rays::{Found, NOTHING, RaySet};
@@ -71,11 +70,7 @@ const WIDTHS: [PacketWidth; 2] = [PacketWidth::W64, PacketWidth::W256];
 
 /// A scene whose surfaces are all matt and flat, under one light.
 fn describe(view: &scenes::View, data: &std::path::Path) -> Result<(SceneDescription, View), String> {
-    let mut scene = if view.source.starts_with(generate::PREFIX) {
-        generate::generate(view.source).ok_or_else(|| format!("no generator {}", view.source))?
-    } else {
-        load::load(&data.join(view.source)).map_err(|error| error.to_string())?.scene
-    };
+    let mut scene = scenes::scene(view.source, data)?;
     for geometry in &mut scene.geometry {
         if let Some(mesh) = geometry.downcast_ref::<Mesh>() {
             *geometry = Arc::new(Mesh { normals: Vec::new(), triangle_normals: Vec::new(), ..mesh.clone() });

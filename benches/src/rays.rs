@@ -4,8 +4,6 @@ use mobula::sampler::morton;
 
 use crate::scenes::View;
 
-/// Pixels a side of the picture.
-pub const SIZE: u32 = 1024;
 /// Pixels a side of the tiles that order the rays; inside a tile pixels follow the Morton curve, so that 16, 64 and 256
 /// rays in a row are squares.
 const TILE: u32 = 16;
@@ -130,9 +128,9 @@ impl RaySet {
         let right = normalize(cross(forward, view.up));
         let up = cross(right, forward);
         let mut rays = Self { common_origin: true, ..Self::default() };
-        for [x, y] in pixels() {
-            let sx = (2.0 * (x as f32 + 0.5) / SIZE as f32 - 1.0) * view.tangent;
-            let sy = (1.0 - 2.0 * (y as f32 + 0.5) / SIZE as f32) * view.tangent;
+        for [x, y] in pixels(view.pixels) {
+            let sx = (2.0 * (x as f32 + 0.5) / view.pixels as f32 - 1.0) * view.tangent;
+            let sy = (1.0 - 2.0 * (y as f32 + 0.5) / view.pixels as f32) * view.tangent;
             let direction = [0, 1, 2].map(|i| forward[i] + sx * right[i] + sy * up[i]);
             rays.push(view.eye, normalize(direction), f32::INFINITY);
         }
@@ -141,8 +139,8 @@ impl RaySet {
 }
 
 /// All pixels in tile order.
-fn pixels() -> impl Iterator<Item = [u32; 2]> {
-    let tiles = SIZE / TILE;
+fn pixels(side: u32) -> impl Iterator<Item = [u32; 2]> {
+    let tiles = side / TILE;
     (0..tiles * tiles).flat_map(move |tile| {
         (0..TILE * TILE).map(move |code| {
             let [x, y] = morton::decode(code);

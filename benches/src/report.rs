@@ -354,8 +354,8 @@ const EXPLANATION: &str = "\
 One process, one thread; every repeat runs Embree's best interfaces (chosen by one trial of each) and Mobula's packet
 widths in turn over the same rays, stored as arrays in tile order: load them into the library's structure, query, store the
 distance and the triangle. Rays are in the cache, as if they had just been made: 4096 at a time are read before the clock is. Cycles are thread time multiplied by the frequency of the time stamp counter. Embree 3.13.5,
-quality medium, flush-to-zero on for it and not for Mobula, which does not ask for it. 1024x1024 pixels, secondary rays from
-every pixel that hits. `shadow-from-light` are the rays of `shadow-point` turned round, so that they share an origin.
+quality medium, flush-to-zero on for it and not for Mobula, which does not ask for it. 1024x1024 pixels if the scene's
+name says nothing else, secondary rays from every pixel that hits. `shadow-from-light` are the rays of `shadow-point` turned round, so that they share an origin.
 Ties are rays for which both found the same distance (up to 1e-4 of it) at different primitives. The band are rays that pass an
 edge or a sphere's rim, end at a surface or lie in a triangle's plane within rounding (an edge: 1e-5 of the triangle; otherwise
 4e-6 of the greatest coordinate over the cosine at the hit): either answer stands. Lost are those of which a computation in

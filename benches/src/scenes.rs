@@ -29,6 +29,8 @@ pub struct View {
     pub up: [f32; 3],
     /// Tangent of half the field of view.
     pub tangent: f32,
+    /// Pixels a side of the picture; a multiple of 16.
+    pub pixels: u32,
     /// The point light.
     pub light: [f32; 3],
     /// Direction to the directional light; of any length.
@@ -79,6 +81,7 @@ const TERRAIN: View = View {
     at: [50.0, 5.0, 45.0],
     up: Y,
     tangent: 0.4,
+    pixels: 1024,
     light: [25.0, 40.0, 80.0],
     sun: [-0.4, 0.7, 0.6],
     reach: 3.0,
@@ -95,6 +98,7 @@ const HOUSE: View = View {
     at: [6.0, 5.0, 2.0],
     up: Z,
     tangent: 0.4,
+    pixels: 1024,
     light: [-10.0, -20.0, 25.0],
     sun: [-0.5, -0.6, 0.7],
     reach: 1.0,
@@ -110,6 +114,7 @@ const BUNNY: View = View {
     at: [0.0, 0.0, 0.0],
     up: Y,
     tangent: 0.36,
+    pixels: 1024,
     light: [3.0, 4.0, 3.0],
     sun: [0.6, 0.7, 0.4],
     reach: 0.5,
@@ -118,11 +123,45 @@ const BUNNY: View = View {
     far: Far::Nothing,
 };
 
+/// Upright in z, about two metres long: from the left, slightly above.
+const MOTORBIKE: View = View {
+    name: "motorbike",
+    source: "motorbike.obj.gz",
+    eye: [-0.9, -2.3, 1.3],
+    at: [0.73, 0.0, 0.6],
+    up: Z,
+    tangent: 0.36,
+    pixels: 1024,
+    light: [-1.0, -2.0, 3.0],
+    sun: [-0.3, -0.6, 0.8],
+    reach: 0.3,
+    offset: 1e-4,
+    known: None,
+    far: Far::Nothing,
+};
+
+/// In millimetres, 743 long.
+const ENGINE: View = View {
+    name: "engine2cyl",
+    source: "engine2cyl.obj.gz",
+    eye: [550.0, 320.0, 700.0],
+    at: [0.0, -40.0, 0.0],
+    up: Y,
+    tangent: 0.36,
+    pixels: 1024,
+    light: [500.0, 800.0, 600.0],
+    sun: [0.4, 0.8, 0.5],
+    reach: 60.0,
+    offset: 0.02,
+    known: None,
+    far: Far::Nothing,
+};
+
 /// Where the bunny is ten thousand times its size away from the origin.
 const AWAY: [f32; 3] = [1e4, -5e3, 2e4];
 
 /// Every row. The atrium and the house's inside are closed, so most of the sun's rays end at the ceiling there.
-pub const VIEWS: [View; 14] = [
+pub const VIEWS: [View; 21] = [
     BUNNY,
     View { name: "bunny_stray", far: Far::Corner([-1e6, 1e6, 1e6]), ..BUNNY },
     View {
@@ -135,36 +174,8 @@ pub const VIEWS: [View; 14] = [
         far: Far::All(AWAY),
         ..BUNNY
     },
-    // Upright in z, about two metres long: from the left, slightly above.
-    View {
-        name: "motorbike",
-        source: "motorbike.obj.gz",
-        eye: [-0.9, -2.3, 1.3],
-        at: [0.73, 0.0, 0.6],
-        up: Z,
-        tangent: 0.36,
-        light: [-1.0, -2.0, 3.0],
-        sun: [-0.3, -0.6, 0.8],
-        reach: 0.3,
-        offset: 1e-4,
-        known: None,
-        far: Far::Nothing,
-    },
-    // In millimetres, 743 long.
-    View {
-        name: "engine2cyl",
-        source: "engine2cyl.obj.gz",
-        eye: [550.0, 320.0, 700.0],
-        at: [0.0, -40.0, 0.0],
-        up: Y,
-        tangent: 0.36,
-        light: [500.0, 800.0, 600.0],
-        sun: [0.4, 0.8, 0.5],
-        reach: 60.0,
-        offset: 0.02,
-        known: None,
-        far: Far::Nothing,
-    },
+    MOTORBIKE,
+    ENGINE,
     HOUSE,
     View {
         name: "fzk_inside",
@@ -181,6 +192,7 @@ pub const VIEWS: [View; 14] = [
         at: [40.0, 5.5, 12.5],
         up: Y,
         tangent: 0.7,
+        pixels: 1024,
         light: [30.0, 12.0, 12.0],
         sun: [0.3, 0.9, 0.2],
         reach: 3.0,
@@ -200,6 +212,7 @@ pub const VIEWS: [View; 14] = [
         at: [0.5, 0.5, 0.5],
         up: Y,
         tangent: 0.3,
+        pixels: 1024,
         light: [0.5, 3.0, 2.5],
         sun: [0.3, 0.8, 0.5],
         reach: 0.05,
@@ -215,6 +228,7 @@ pub const VIEWS: [View; 14] = [
         at: [220.0, 220.0, 220.0],
         up: Y,
         tangent: 0.3,
+        pixels: 1024,
         light: [220.0, 1300.0, 1100.0],
         sun: [0.3, 0.8, 0.5],
         reach: 22.0,
@@ -222,6 +236,15 @@ pub const VIEWS: [View; 14] = [
         known: None,
         far: Far::Nothing,
     },
+    // Triangles of about a pixel and less: small pictures, models far away, and from above; and larger than ever, a crop of 4096x4096.
+    View { name: "bunny_256", pixels: 256, known: None, ..BUNNY },
+    View { name: "motorbike_256", pixels: 256, ..MOTORBIKE },
+    View { name: "engine2cyl_256", pixels: 256, ..ENGINE },
+    View { name: "terr1m_256", pixels: 256, known: None, ..TERRAIN },
+    // Fifty pixels wide.
+    View { name: "motorbike_far", eye: [-27.0, -36.8, 12.0], ..MOTORBIKE },
+    View { name: "terr1m_above", eye: [50.0, 160.0, 50.0], at: [50.0, 0.0, 49.9], known: None, ..TERRAIN },
+    View { name: "terr1m_crop", tangent: 0.1, known: None, ..TERRAIN },
 ];
 
 /// What a scene is made of.
@@ -340,21 +363,27 @@ impl Triangles {
     }
 }
 
+/// The scene of a generator, or in a file.
+///
+/// # Errors
+/// Why it is not there.
+pub fn scene(source: &str, data: &Path) -> Result<SceneDescription, String> {
+    if source.starts_with(generate::PREFIX) {
+        return generate::generate(source).ok_or_else(|| format!("no generator {source}"));
+    }
+    let file = data.join(source);
+    if !file.exists() {
+        return Err(format!("there is no {source} in the data folder (say where with --data)"));
+    }
+    load::load(&file).map(|loaded| loaded.scene).map_err(|error| error.to_string())
+}
+
 /// What a view shows: spheres, or the triangles.
 ///
 /// # Errors
 /// Why it is not there.
 pub fn primitives(view: &View, data: &Path) -> Result<Primitives, String> {
-    let mut primitives = if view.source.starts_with(generate::PREFIX) {
-        let scene = generate::generate(view.source).ok_or_else(|| format!("no generator {}", view.source))?;
-        Primitives::of(&scene)
-    } else {
-        let file = data.join(view.source);
-        if !file.exists() {
-            return Err(format!("there is no {} in the data folder (say where with --data)", view.source));
-        }
-        Primitives::of(&load::load(&file).map_err(|error| error.to_string())?.scene)
-    };
+    let mut primitives = Primitives::of(&scene(view.source, data)?);
     if let Primitives::Triangles(triangles) = &mut primitives {
         match view.far {
             Far::Nothing => {}

@@ -3,9 +3,11 @@
 //!
 //!     cargo bench -p mobula-benches --features embree --bench peers -- [--scene bunny,terr1m] [--rays primary,ao]
 //!         [--level avx512,avx2,sse2] [--repeat 7] [--json FILE] [--record FILE --date YYYY-MM-DD]
+//!         [--mesh FILE --eye X,Y,Z --at X,Y,Z --fov D --resolution N] [--list FILE]
 
 mod builds;
 mod rows;
+mod views;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -21,6 +23,7 @@ use mobula_core::leaf::Block;
 use mobula_core::simd::{AnyToken, Level};
 
 use rows::{ONE, Peers};
+use views::ViewOptions;
 
 /// Measures Mobula beside Embree.
 #[derive(Debug, Parser)]
@@ -28,6 +31,11 @@ struct Arguments {
     /// Scenes by name; all unless named.
     #[arg(long, value_delimiter = ',')]
     scene: Vec<String>,
+    #[command(flatten)]
+    view: ViewOptions,
+    /// A file of further scenes, a line each: --mesh and what goes with it.
+    #[arg(long)]
+    list: Option<PathBuf>,
     /// Kinds of rays; all unless named, "none" for builds only.
     #[arg(long, value_delimiter = ',')]
     rays: Vec<String>,
@@ -110,7 +118,16 @@ fn run(arguments: &Arguments) -> Result<Vec<String>, String> {
         },
     };
     eprintln!("{}", bench.report.machine);
-    for view in VIEWS.iter().filter(|view| chosen(&arguments.scene, view.name)) {
+    let mut others = arguments.list.as_deref().map_or(Ok(Vec::new()), views::of_list)?;
+    others.extend(arguments.view.mesh.is_some().then(|| arguments.view.clone()));
+    for options in &others {
+        if let Some((view, primitives)) = options.view()? {
+            bench.view(&view, &primitives)?;
+        }
+        bench.write()?;
+    }
+    let named = !arguments.scene.is_empty() || others.is_empty();
+    for view in VIEWS.iter().filter(|view| named && chosen(&arguments.scene, view.name)) {
         match scenes::primitives(view, &arguments.data) {
             Ok(primitives) => bench.view(view, &primitives)?,
             Err(reason) => {
