@@ -307,11 +307,11 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         ("[[object]]\nparticles = \"x\"\nopacity = 1.5\n", "a.toml:4:11: invalid value: "),
         (
             "[[object]]\nparticles = \"x\"\nopacity = { by = \"a\", points = [[0, 2]] }\n",
-            "a.toml:4:33: the opacity of point 1",
+            "a.toml:4:32: the opacity of point 1",
         ),
         (
             "[[object]]\nparticles = \"x\"\nopacity = { by = \"a\", points = [] }\n",
-            "a.toml:4:33: there is no point; write [",
+            "a.toml:4:32: there is no point; write [",
         ),
         ("[[object]]\nparticles = \"x\"\nopacity = { points = [[0, 1]] }\n", "a.toml:4:11: the key `by` is missing"),
         (
