@@ -3,6 +3,7 @@
 use glam::Vec3;
 use mobula_core::bvh::Quality;
 use mobula_core::cloud;
+use mobula_core::kernel::sphere::RADII;
 
 use super::census::{Census, Item};
 use crate::accel::{AccelerationKind, Build, Pool};
@@ -15,9 +16,14 @@ pub struct Cloud {
     /// The names of the attributes.
     names: Vec<String>,
     census: Census,
+    /// Some of the spheres, in the order of the file: where most of them are must not depend on the tree.
+    sample: Vec<(Vec3, f32)>,
     /// Is every sphere tried, without the tree?
     pub(super) all: bool,
 }
+
+/// So many particles show where most are.
+const SAMPLE: usize = 10_000;
 
 const PARTICLES: Item = Item::primitives("particles", "particle", "particles");
 const LEFT_OUT: Item = Item::left_out(
@@ -46,6 +52,12 @@ impl Cloud {
             let [x, y, z] = centers[i];
             [x, y, z, radii.get(i).copied().unwrap_or(radius)]
         };
+        let sound = |i: usize| {
+            let [x, y, z, radius] = sphere(i);
+            let center = Vec3::new(x, y, z);
+            (center.is_finite() && RADII.contains(&radius)).then_some((center, radius))
+        };
+        let sample = (0..count).step_by(count.div_ceil(SAMPLE).max(1)).filter_map(sound).collect();
         let quality = if build.kind == AccelerationKind::Bvh { Quality::Good } else { Quality::Fast };
         let (names, values) = attributes.into_iter().map(|Attribute { name, values }| (name, values)).unzip();
         let join = Pool(&build.progress);
@@ -61,7 +73,7 @@ impl Cloud {
             }
         }
         let all = build.kind == AccelerationKind::Brute;
-        Ok(Self { spheres, names, census, all })
+        Ok(Self { spheres, names, census, sample, all })
     }
 
     /// Without particles.
@@ -91,7 +103,7 @@ impl Cloud {
 
     /// Bytes that it occupies.
     pub fn bytes(&self) -> usize {
-        self.spheres.bytes()
+        self.spheres.bytes() + size_of_val(&*self.sample)
     }
 
     /// Centre and radius of a sphere.
@@ -102,10 +114,7 @@ impl Cloud {
 
     /// Calls `visit` with points that show how far the particles reach: the ends of some of them, and of all together.
     pub(super) fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        /// So many show where most are.
-        const MANY: usize = 10_000;
-        let each = (self.spheres.places() / MANY).max(1);
-        for (center, radius) in (0..self.spheres.places()).step_by(each).filter_map(|place| self.sphere(place)) {
+        for &(center, radius) in &self.sample {
             for axis in Vec3::AXES {
                 visit(center + axis * radius);
                 visit(center - axis * radius);
