@@ -5,8 +5,11 @@ use mobula_simd::Token;
 
 use super::Bounds;
 use super::block::{BLOCK, Block};
+use crate::kernel::group_shears::GroupShears;
+use crate::kernel::outline::Outlines;
 use crate::kernel::single::SingleRay;
 use crate::kernel::sphere::{RADII, sphere};
+use crate::rays::AXES;
 use crate::vector::{load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
 
@@ -37,7 +40,7 @@ impl Block for SphereBlock {
     const COMPACT: bool = true;
     const NOWHERE: [f32; 4] = [f32::NAN; 4];
 
-    /// Vectors from the centres to the common origin, or the centres.
+    /// Vectors from the centres to the common origin, or the centres; radii.
     type Prepared = ([[f32; BLOCK]; 3], [f32; BLOCK]);
 
     #[inline(always)]
@@ -71,10 +74,6 @@ impl Block for SphereBlock {
     #[inline(always)]
     fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared {
         let mut center = self.center;
-        let mut radius2 = self.radius;
-        for radius in &mut radius2 {
-            *radius *= *radius;
-        }
         if COMMON_ORIGIN {
             let first = rays.range().start;
             for (row, origin) in center.iter_mut().zip(rays.origins()) {
@@ -83,13 +82,30 @@ impl Block for SphereBlock {
                 }
             }
         }
-        (center, radius2)
+        (center, self.radius)
+    }
+
+    #[inline(always)]
+    fn touched<T: Token, const N: usize>(
+        token: T,
+        (center, radius): &Self::Prepared,
+        axis: usize,
+        shears: &GroupShears,
+    ) -> [u32; BLOCK] {
+        let outlines = Outlines::new(center, radius, AXES[axis % 3], shears);
+        let mut touched = [0; BLOCK];
+        for (i, touched) in touched.iter_mut().enumerate() {
+            if outlines.may_be_hit(i) {
+                *touched = outlines.groups::<T, N>(token, i, shears);
+            }
+        }
+        touched
     }
 
     #[inline(always)]
     fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
         token: T,
-        (center, radius2): &Self::Prepared,
+        (center, radius): &Self::Prepared,
         i: usize,
         _axis: usize,
         rays: &Rays<N>,
@@ -100,7 +116,8 @@ impl Block for SphereBlock {
         let direction = load3(token, rays.directions(), at);
         let center = splat3(token, [center[0][i], center[1][i], center[2][i]]);
         let center = if COMMON_ORIGIN { center } else { sub(load3(token, rays.origins(), at), center) };
-        let radius2 = token.splat(radius2[i]);
+        let radius = token.splat(radius[i]);
+        let radius2 = radius * radius;
         if rays.properties().contains(Properties::NORMALIZED_DIRECTIONS) {
             sphere::<T, true>(token, among, center, radius2, direction, t_min, t_max)
         } else {
