@@ -1,10 +1,11 @@
 //! Four spheres.
 
 use bytemuck::Zeroable;
-use mobula_simd::Token;
+use mobula_simd::{F32Lanes, Token};
 
 use super::Bounds;
 use super::block::{BLOCK, Block};
+use super::bounds::FOUR;
 use crate::kernel::group_shears::GroupShears;
 use crate::kernel::outline::Outlines;
 use crate::kernel::single::SingleRay;
@@ -30,6 +31,14 @@ impl SphereBlock {
     pub fn sphere(&self, place: usize) -> [f32; 4] {
         let [x, y, z] = self.center.map(|row| row[place]);
         [x, y, z, self.radius[place]]
+    }
+
+    /// Gives those that are there ids from `first` on.
+    #[inline(always)]
+    pub(crate) fn number(&mut self, first: u32) {
+        for (i, id) in self.ids.iter_mut().enumerate() {
+            *id = if *id == NO_HIT { NO_HIT } else { first + i as u32 };
+        }
     }
 }
 
@@ -57,13 +66,21 @@ impl Block for SphereBlock {
         self.ids[place] = id;
     }
 
+    #[inline(always)]
     fn whole(&self) -> Bounds {
         let mut bounds = Bounds::EMPTY;
-        for i in 0..BLOCK {
-            let [x, y, z] = self.center.map(|row| row[i]);
-            bounds.merge(&Self::bounds(&[x, y, z, self.radius[i]]).unwrap_or(Bounds::EMPTY));
+        let radius = FOUR.load(&self.radius, 0);
+        for axis in 0..3 {
+            let center = FOUR.load(&self.center[axis], 0);
+            let (mut lows, mut highs) = ([0.0; BLOCK], [0.0; BLOCK]);
+            (center - radius).store(&mut lows, 0);
+            (center + radius).store(&mut highs, 0);
+            // NaN, in unused places, is passed over.
+            bounds.low[axis] = lows.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+            bounds.high[axis] = highs.into_iter().fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a });
         }
-        bounds
+        // Steps outwards keep order: one of all is the same as one of each.
+        if bounds.low[0] <= bounds.high[0] { bounds.outward() } else { Bounds::EMPTY }
     }
 
     #[inline(always)]
