@@ -4,65 +4,35 @@ use mobula_benches::clock;
 use mobula_benches::embree::{Device, Quality, Scene};
 use mobula_benches::packets::Threads;
 use mobula_benches::report::Build;
-use mobula_benches::scenes::Primitives;
+use mobula_benches::scenes::{Primitives, Triangles};
 use mobula_core::bvh::{self, Bvh};
+use mobula_core::cloud::Cloud;
 use mobula_core::leaf::TriangleBlock;
 use mobula_core::simd::Level;
 
 use crate::isa;
 
-/// Measures Mobula and Embree on triangles, turn by turn.
+/// Both qualities of Mobula's trees, by the names of their builders.
+const BUILDERS: [(&str, bvh::Quality); 2] = [("Mobula fast", bvh::Quality::Fast), ("Mobula", bvh::Quality::Good)];
+
+/// Measures Mobula and Embree, turn by turn.
 pub(crate) fn builds(
     scene: &'static str,
     primitives: &Primitives,
     level: Level,
     repeat: usize,
 ) -> Result<Vec<Build>, String> {
-    let Primitives::Triangles(triangles) = primitives else { return Ok(Vec::new()) };
-    let count = triangles.indices.len();
+    let count = primitives.len();
     let turns = if count > 5_000_000 { 1 } else { repeat.clamp(1, 5) };
-    let mut table = Builders { scene, triangles: count, rows: Vec::new() };
-    let corners = |i: usize| triangles.corners(i);
+    let mut table = Builders { scene, primitives: count, shape: primitives.shape(), rows: Vec::new() };
     for _ in 0..turns {
         for threads in [1, 2] {
             table.least("compute loop", threads, || spin(threads));
-            let join = Threads::new(threads);
-            for (name, quality) in [("Mobula fast", bvh::Quality::Fast), ("Mobula", bvh::Quality::Good)] {
-                let mut tree = None;
-                let build =
-                    || tree = Some(join.enter(|| Bvh::<TriangleBlock>::build(count, 0, quality, &join, corners)));
-                table.least(name, threads, build);
-                let mut tree = tree.ok_or("no tree")?;
-                table.bytes(name, tree.bytes());
-                if quality == bvh::Quality::Good {
-                    let bounds = tree.bounds();
-                    table.least("Mobula refit", threads, || join.enter(|| tree.refit(&join, corners)));
-                    table.bytes("Mobula refit", tree.bytes());
-                    if tree.bounds().low[..3] != bounds.low[..3] || tree.bounds().high[..3] != bounds.high[..3] {
-                        return Err(format!("{scene}: a refit changes bounds"));
-                    }
-                }
+            match primitives {
+                Primitives::Triangles(triangles) => table.meshes(triangles, threads)?,
+                Primitives::Spheres(spheres) => table.clouds(spheres, threads)?,
             }
-            // One device at a time: they share their threads, and the later one decides how many.
-            let device = Device::new(isa(level), threads)?;
-            for quality in [Quality::Low, Quality::Medium, Quality::High, Quality::Refit] {
-                if quality == Quality::High && count > 2_000_000 {
-                    continue;
-                }
-                let name = format!("Embree {}", quality.name());
-                let mut scene = None;
-                let mut build = || scene = Some(Scene::new(&device, primitives, quality));
-                if quality == Quality::Refit {
-                    build();
-                    let mut scene = scene.ok_or("no scene")??;
-                    scene.refit();
-                    table.least(&name, threads, || scene.refit());
-                    table.bytes(&name, scene.bytes());
-                } else {
-                    table.least(&name, threads, build);
-                    table.bytes(&name, scene.ok_or("no scene")??.bytes());
-                }
-            }
+            table.embree(primitives, level, threads)?;
         }
     }
     for row in &table.rows {
@@ -74,16 +44,83 @@ pub(crate) fn builds(
 /// Rows of the table of builds: the least of all turns.
 struct Builders {
     scene: &'static str,
-    triangles: usize,
+    primitives: usize,
+    shape: &'static str,
     rows: Vec<Build>,
 }
 
 impl Builders {
+    /// Builds trees of triangles, and refits one.
+    fn meshes(&mut self, triangles: &Triangles, threads: usize) -> Result<(), String> {
+        let (count, join) = (self.primitives, Threads::new(threads));
+        let corners = |i: usize| triangles.corners(i);
+        for (name, quality) in BUILDERS {
+            let mut tree = None;
+            let build = || tree = Some(join.enter(|| Bvh::<TriangleBlock>::build(count, 0, quality, &join, corners)));
+            self.least(name, threads, build);
+            let mut tree = tree.ok_or("no tree")?;
+            self.bytes(name, tree.bytes());
+            if quality == bvh::Quality::Good {
+                let bounds = tree.bounds();
+                self.least("Mobula refit", threads, || join.enter(|| tree.refit(&join, corners)));
+                self.bytes("Mobula refit", tree.bytes());
+                if tree.bounds().low[..3] != bounds.low[..3] || tree.bounds().high[..3] != bounds.high[..3] {
+                    return Err(format!("{}: a refit changes bounds", self.scene));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Builds clouds of spheres, without attributes.
+    fn clouds(&mut self, spheres: &[[f32; 4]], threads: usize) -> Result<(), String> {
+        let (count, join) = (self.primitives, Threads::new(threads));
+        for (name, quality) in BUILDERS {
+            let mut cloud = None;
+            let build = || cloud = Some(join.enter(|| Cloud::build(count, quality, &join, |i| spheres[i], Vec::new())));
+            self.least(name, threads, build);
+            let cloud = cloud.ok_or("no cloud")?;
+            if cloud.len() != count {
+                return Err(format!("{}: a cloud of {} spheres", self.scene, cloud.len()));
+            }
+            self.bytes(name, cloud.bytes());
+        }
+        Ok(())
+    }
+
+    /// Lets Embree build; what we refit, it refits.
+    fn embree(&mut self, primitives: &Primitives, level: Level, threads: usize) -> Result<(), String> {
+        // One device at a time: they share their threads, and the later one decides how many.
+        let device = Device::new(isa(level), threads)?;
+        for quality in [Quality::Low, Quality::Medium, Quality::High, Quality::Refit] {
+            let too_long = quality == Quality::High && self.primitives > 2_000_000;
+            let alone = quality == Quality::Refit && matches!(primitives, Primitives::Spheres(_));
+            if too_long || alone {
+                continue;
+            }
+            let name = format!("Embree {}", quality.name());
+            let mut scene = None;
+            let mut build = || scene = Some(Scene::new(&device, primitives, quality));
+            if quality == Quality::Refit {
+                build();
+                let mut scene = scene.ok_or("no scene")??;
+                scene.refit();
+                self.least(&name, threads, || scene.refit());
+                self.bytes(&name, scene.bytes());
+            } else {
+                self.least(&name, threads, build);
+                self.bytes(&name, scene.ok_or("no scene")??.bytes());
+            }
+        }
+        Ok(())
+    }
+
     fn row(&mut self, builder: &str) -> &mut Build {
         let at = self.rows.iter().position(|row| row.builder == builder).unwrap_or_else(|| {
             self.rows.push(Build {
                 scene: self.scene.into(),
-                triangles: self.triangles,
+                primitives: self.primitives,
+                shape: self.shape,
                 builder: builder.into(),
                 one: f64::INFINITY,
                 one_wall: f64::INFINITY,

@@ -170,7 +170,7 @@ impl Bench<'_> {
     }
 
     fn view(&mut self, view: &View, primitives: &Primitives) -> Result<(), String> {
-        if self.arguments.builds && !self.report.builds.iter().any(|build| build.triangles == primitives.len()) {
+        if self.arguments.builds && !self.report.builds.iter().any(|build| build.primitives == primitives.len()) {
             let level = *self.arguments.level.iter().max().ok_or("no level")?;
             self.report.builds.append(&mut builds::builds(view.name, primitives, level, self.arguments.repeat)?);
         }

@@ -122,7 +122,6 @@ impl Topology {
             for (place, &id) in sorted(ids)[..count].iter().enumerate() {
                 block.set(place, first_id + id, &primitive(id as usize));
             }
-            block.whole()
         });
     }
 }

@@ -24,28 +24,23 @@ impl<B: Block> Bvh<B> {
         let first = |block: &B| B::bounds(&primitive((block.ids()[0] - first_id) as usize));
         let frame = frame(samples(self.leaves.len()).filter_map(|at| first(&self.leaves[at])));
         self.fill::<false>(join, frame, &|_, block: &mut B| {
-            let (mut bounds, ids) = (Bounds::EMPTY, *block.ids());
+            let ids = *block.ids();
             for (place, id) in ids.into_iter().enumerate().filter(|&(_, id)| id != crate::NO_HIT) {
                 let moved = primitive((id - first_id) as usize);
-                match B::bounds(&moved) {
-                    Some(its) => {
-                        bounds.merge(&its);
-                        block.set(place, id, &moved);
-                    }
-                    None => block.set(place, id, &B::NOWHERE),
-                }
+                let sound = B::bounds(&moved).is_some();
+                let its = if sound { moved } else { B::NOWHERE };
+                block.set(place, id, &its);
             }
-            bounds
         });
     }
 
-    /// Fills all blocks and then all bounds: `block` gets each block with its number, and returns its bounds.
+    /// Fills all blocks and then all bounds: `block` gets each block with its number.
     /// A `NEW` tree's children are sorted.
     pub(super) fn fill<const NEW: bool>(
         &mut self,
         join: &impl Join,
         frame: Frame,
-        block: &(impl Fn(usize, &mut B) -> Bounds + Sync),
+        block: &(impl Fn(usize, &mut B) + Sync),
     ) {
         let (primitives, blocks) = (self.primitives, self.leaf_count.max(1));
         let mut whole = Subtree {
@@ -78,11 +73,12 @@ struct Subtree<'a, B> {
 }
 
 impl<B: Block> Subtree<'_, B> {
-    fn fill<const NEW: bool>(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) -> Bounds + Sync)) -> Bounds {
+    fn fill<const NEW: bool>(&mut self, join: &impl Join, block: &(impl Fn(usize, &mut B) + Sync)) -> Bounds {
         if self.nodes.is_empty() || self.blocks.len() <= GRAIN {
-            // All blocks first, in the order of memory.
-            let blocks = self.blocks.iter_mut().enumerate();
-            let bounds: Vec<Bounds> = blocks.map(|(i, its)| block(self.first_block + i, its)).collect();
+            // All blocks first, in the order of memory. They wait for primitives that lie anywhere: what needs them whole comes after, so
+            // that many are waited for at once.
+            self.blocks.iter_mut().enumerate().for_each(|(i, its)| block(self.first_block + i, its));
+            let bounds: Vec<Bounds> = self.blocks.iter().map(B::whole).collect();
             // Children stand behind their parents: backwards, they are done first.
             let mut wholes = alloc::vec![Bounds::EMPTY; self.nodes.len()];
             for at in (0..self.nodes.len()).rev() {

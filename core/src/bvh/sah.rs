@@ -14,8 +14,11 @@ use super::reference::{EMPTY, Reference, half_area, merge, middle2};
 use super::wide::Ranges;
 use crate::leaf::{BLOCK, FOUR};
 
-/// Bins of many primitives; few have half as many or a quarter.
+/// Bins of many primitives.
 const BINS: usize = 32;
+/// Of fewer, and of few.
+const HALF: usize = BINS / 2;
+const QUARTER: usize = BINS / 4;
 /// Ranges of more have all bins. The splits near the root are the ones that finer bins improve.
 const MANY: usize = 256;
 /// Ranges up to this have a quarter.
@@ -48,8 +51,8 @@ impl<'a> Ranges<'a> for Sah {
     fn split(&self, join: &impl Join, range: Range<'a>, by_count: bool) -> [Range<'a>; 2] {
         let Range { references, .. } = range;
         let count = references.len();
-        let (mut middle, areas) = if by_count {
-            (0, [0.0; 2])
+        let Parts { mut middle, areas, axis } = if by_count {
+            Parts::NONE
         } else if count <= RUN {
             self.token.run(Split(references))
         } else {
@@ -59,7 +62,7 @@ impl<'a> Ranges<'a> for Sah {
             middle = count / 2;
         }
         if self.full {
-            middle = at_full_block(references, middle);
+            middle = at_full_block(references, middle, axis);
         }
         let (left, right) = references.split_at_mut(middle);
         [Range { references: left, area: areas[0] }, Range { references: right, area: areas[1] }]
@@ -68,7 +71,7 @@ impl<'a> Ranges<'a> for Sah {
 
 impl Sah {
     /// The three passes, each in runs that threads share.
-    fn in_runs(&self, join: &impl Join, references: &mut [Reference]) -> (usize, [f32; 2]) {
+    fn in_runs(&self, join: &impl Join, references: &mut [Reference]) -> Parts {
         let token = self.token;
         let merge = |_: &mut [Reference], _, a: CentroidBounds, b: CentroidBounds| a.merge(&b);
         let centroids = reduce(join, references, 0, &|run, _| token.run(Measuring(run)), &merge);
@@ -78,7 +81,7 @@ impl Sah {
             a.merge(&b);
             a
         });
-        let Some(split) = bins.best(FOUR, binning.bins) else { return (0, [0.0; 2]) };
+        let Some(split) = bins.best(FOUR, binning.bins) else { return Parts::NONE };
         let parting = |run: &mut [Reference], _| token.run(Parting(run, &binning, &split));
         // The right part of the left run and the left part of the right one change places, as far as both go.
         let middle = reduce(join, references, 0, &parting, &|all, start, left, right| {
@@ -87,24 +90,17 @@ impl Sah {
             front[left..left + swapped].swap_with_slice(&mut back[right - swapped..right]);
             left + right
         });
-        (middle, split.areas)
+        Parts { middle, areas: split.areas, axis: split.axis }
     }
 }
 
-/// Moves a split to where what is left of it are full blocks, with the primitives that are nearest to it.
-fn at_full_block(references: &mut [Reference], mut middle: usize) -> usize {
+/// Moves a split along an axis to where what is left of it are full blocks, with the primitives that are nearest to it.
+fn at_full_block(references: &mut [Reference], mut middle: usize, axis: usize) -> usize {
     let (count, over) = (references.len(), middle % BLOCK);
     if over == 0 {
         return middle;
     }
-    // Along the axis on which both sides are farthest apart.
-    let (left, right) = references.split_at(middle);
-    let (left, right) = (CentroidBounds::of(left), CentroidBounds::of(right));
-    let mut apart = [0.0; 4];
-    ((right.low + right.high) - (left.low + left.high)).store(&mut apart, 0);
-    let axis = (1..3).fold(0, |best, axis| if apart[axis].abs() > apart[best].abs() { axis } else { best });
-    let rising = apart[axis] >= 0.0;
-    let further = |a: &Reference, b: &Reference| (a[axis] - a[axis + 4] > b[axis] - b[axis + 4]) == rising;
+    let further = |a: &Reference, b: &Reference| a[axis] - a[axis + 4] > b[axis] - b[axis + 4];
     if middle - over + BLOCK >= count || over <= BLOCK / 2 && middle > over {
         for _ in 0..over {
             let last = (0..middle).fold(0, |last, i| if further(&references[i], &references[last]) { i } else { last });
@@ -128,32 +124,47 @@ impl<'a> Range<'a> {
     }
 }
 
-/// The three passes one after the other: how many go left, and the areas of both.
+/// How a range was split.
+struct Parts {
+    /// How many go left.
+    middle: usize,
+    /// Half the surface areas of both sides.
+    areas: [f32; 2],
+    /// The axis along which the left is less.
+    axis: usize,
+}
+
+impl Parts {
+    /// Not at all.
+    const NONE: Self = Self { middle: 0, areas: [0.0; 2], axis: 0 };
+}
+
+/// The three passes one after the other.
 struct Split<'a>(&'a mut [Reference]);
 
 impl Task for Split<'_> {
-    type Output = (usize, [f32; 2]);
+    type Output = Parts;
 
     #[inline(always)]
-    fn run<T: Token>(self, token: T) -> (usize, [f32; 2]) {
+    fn run<T: Token>(self, token: T) -> Parts {
         let binning = Binning::new(&CentroidBounds::of(self.0), self.0.len());
         // Most ranges are small: to clear bins that they do not have would be a good part of their time.
-        if binning.bins == BINS {
-            self.by::<T, BINS>(token, &binning)
-        } else {
-            self.by::<T, { BINS / 2 }>(token, &binning)
+        match binning.bins {
+            BINS => self.by::<T, BINS>(token, &binning),
+            HALF => self.by::<T, HALF>(token, &binning),
+            _ => self.by::<T, QUARTER>(token, &binning),
         }
     }
 }
 
 impl Split<'_> {
     #[inline(always)]
-    fn by<T: Token, const N: usize>(self, token: T, binning: &Binning) -> (usize, [f32; 2]) {
+    fn by<T: Token, const N: usize>(self, token: T, binning: &Binning) -> Parts {
         let mut bins = Bins::<N>::EMPTY;
         bins.fill(token.narrow(), self.0, binning);
         match bins.best(token.narrow(), binning.bins) {
-            Some(split) => (partition(self.0, binning, &split), split.areas),
-            None => (0, [0.0; 2]),
+            Some(split) => Parts { middle: partition(self.0, binning, &split), areas: split.areas, axis: split.axis },
+            None => Parts::NONE,
         }
     }
 }
@@ -208,9 +219,9 @@ impl Binning {
         let bins = if count > MANY {
             BINS
         } else if count > FEW {
-            BINS / 2
+            HALF
         } else {
-            BINS / 4
+            QUARTER
         };
         let extent = centroids.high - centroids.low;
         let scale = FOUR.splat((bins - 1) as f32) / extent;

@@ -52,12 +52,7 @@ impl Cloud {
         };
         let attributes = values.into_iter().map(of).collect();
         for (at, block) in bvh.leaves.iter_mut().enumerate() {
-            for i in 0..BLOCK {
-                if block.ids()[i] != NO_HIT {
-                    let sphere = block.sphere(i);
-                    block.set(i, (at * BLOCK + i) as u32, &sphere);
-                }
-            }
+            block.number((at * BLOCK) as u32);
         }
         Self { bvh, attributes }
     }

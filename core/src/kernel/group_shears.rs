@@ -40,6 +40,8 @@ pub struct GroupShears {
     pub turned: [Row; 2],
     /// How far from it any ray of the group may be.
     pub radius: [Row; 2],
+    /// The greatest length that a direction has in the plane of the dominant axis and x, and y, for 1 along that axis.
+    pub length: [f32; 2],
     /// Of parallel rays.
     pub parallel: Option<Parallel>,
 }
@@ -60,7 +62,8 @@ pub struct Parallel {
 impl Default for GroupShears {
     fn default() -> Self {
         let zero = [Column::splat(0.0); 2];
-        Self { window: Window { center: [0.0; 2], radius: 0.0 }, turned: zero, radius: zero, parallel: None }
+        let window = Window { center: [0.0; 2], radius: 0.0 };
+        Self { window, turned: zero, radius: zero, length: [1.0; 2], parallel: None }
     }
 }
 
@@ -80,6 +83,11 @@ impl GroupShears {
         let mut window = Window::new([all[0][0], all[1][0]], [all[0][1], all[1][1]]);
         window.radius += ROUNDING;
         let mut of = Self { window, parallel, ..Self::default() };
+        for k in 0..2 {
+            let [least, greatest] = parallel.map_or([all[k][0], all[k][1]], |rays| [rays.shear[k]; 2]);
+            let steepest = larger(least.abs(), greatest.abs());
+            of.length[k] = libm::sqrtf(1.0 + steepest * steepest);
+        }
         let half = token.splat(0.5);
         let mut at = 0;
         while at < groups {

@@ -18,6 +18,7 @@ pub mod group_shears;
 pub mod groups;
 pub mod iso_cell;
 pub mod margin;
+pub mod outline;
 pub mod single;
 pub mod sphere;
 pub mod stream;

@@ -50,7 +50,8 @@ pub fn sphere<T: Token, const UNIT: bool>(
     ];
     let discriminant = radius2 - dot(closest, closest);
     let real = active & discriminant.ge(zero);
-    if !real.any() {
+    // In a wide vector some ray mostly passes within the radius: a branch would be guessed wrong.
+    if T::LANES < 8 && !real.any() {
         return (real, zero);
     }
     // Where the square of the length has lost bits, the hit may be anywhere, and not where boxes let it through.

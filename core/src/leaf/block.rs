@@ -38,7 +38,7 @@ pub trait Block: Copy + Send + Sync + Zeroable + 'static {
     /// Puts a primitive at a place.
     fn set(&mut self, place: usize, id: u32, primitive: &Self::Primitive);
 
-    /// The bounds of all its primitives; unused places have none.
+    /// The bounds of all its primitives; unused places and what is [`NOWHERE`](Self::NOWHERE) have none.
     fn whole(&self) -> Bounds;
 
     /// The primitives' ids.

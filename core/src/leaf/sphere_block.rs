@@ -1,12 +1,16 @@
 //! Four spheres.
 
 use bytemuck::Zeroable;
-use mobula_simd::Token;
+use mobula_simd::{F32Lanes, Token};
 
 use super::Bounds;
 use super::block::{BLOCK, Block};
+use super::bounds::FOUR;
+use crate::kernel::group_shears::GroupShears;
+use crate::kernel::outline::Outlines;
 use crate::kernel::single::SingleRay;
 use crate::kernel::sphere::{RADII, sphere};
+use crate::rays::AXES;
 use crate::vector::{load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
 
@@ -28,6 +32,14 @@ impl SphereBlock {
         let [x, y, z] = self.center.map(|row| row[place]);
         [x, y, z, self.radius[place]]
     }
+
+    /// Gives those that are there ids from `first` on.
+    #[inline(always)]
+    pub(crate) fn number(&mut self, first: u32) {
+        for (i, id) in self.ids.iter_mut().enumerate() {
+            *id = if *id == NO_HIT { NO_HIT } else { first + i as u32 };
+        }
+    }
 }
 
 impl Block for SphereBlock {
@@ -37,7 +49,7 @@ impl Block for SphereBlock {
     const COMPACT: bool = true;
     const NOWHERE: [f32; 4] = [f32::NAN; 4];
 
-    /// Vectors from the centres to the common origin, or the centres.
+    /// Vectors from the centres to the common origin, or the centres; radii.
     type Prepared = ([[f32; BLOCK]; 3], [f32; BLOCK]);
 
     #[inline(always)]
@@ -54,13 +66,21 @@ impl Block for SphereBlock {
         self.ids[place] = id;
     }
 
+    #[inline(always)]
     fn whole(&self) -> Bounds {
         let mut bounds = Bounds::EMPTY;
-        for i in 0..BLOCK {
-            let [x, y, z] = self.center.map(|row| row[i]);
-            bounds.merge(&Self::bounds(&[x, y, z, self.radius[i]]).unwrap_or(Bounds::EMPTY));
+        let radius = FOUR.load(&self.radius, 0);
+        for axis in 0..3 {
+            let center = FOUR.load(&self.center[axis], 0);
+            let (mut lows, mut highs) = ([0.0; BLOCK], [0.0; BLOCK]);
+            (center - radius).store(&mut lows, 0);
+            (center + radius).store(&mut highs, 0);
+            // NaN, in unused places, is passed over.
+            bounds.low[axis] = lows.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+            bounds.high[axis] = highs.into_iter().fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a });
         }
-        bounds
+        // Steps outwards keep order: one of all is the same as one of each.
+        if bounds.low[0] <= bounds.high[0] { bounds.outward() } else { Bounds::EMPTY }
     }
 
     #[inline(always)]
@@ -71,10 +91,6 @@ impl Block for SphereBlock {
     #[inline(always)]
     fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared {
         let mut center = self.center;
-        let mut radius2 = self.radius;
-        for radius in &mut radius2 {
-            *radius *= *radius;
-        }
         if COMMON_ORIGIN {
             let first = rays.range().start;
             for (row, origin) in center.iter_mut().zip(rays.origins()) {
@@ -83,13 +99,30 @@ impl Block for SphereBlock {
                 }
             }
         }
-        (center, radius2)
+        (center, self.radius)
+    }
+
+    #[inline(always)]
+    fn touched<T: Token, const N: usize>(
+        token: T,
+        (center, radius): &Self::Prepared,
+        axis: usize,
+        shears: &GroupShears,
+    ) -> [u32; BLOCK] {
+        let outlines = Outlines::new(center, radius, AXES[axis % 3], shears);
+        let mut touched = [0; BLOCK];
+        for (i, touched) in touched.iter_mut().enumerate() {
+            if outlines.may_be_hit(i) {
+                *touched = outlines.groups::<T, N>(token, i, shears);
+            }
+        }
+        touched
     }
 
     #[inline(always)]
     fn test<T: Token, const N: usize, const COMMON_ORIGIN: bool, const OWN_AXES: bool>(
         token: T,
-        (center, radius2): &Self::Prepared,
+        (center, radius): &Self::Prepared,
         i: usize,
         _axis: usize,
         rays: &Rays<N>,
@@ -100,7 +133,8 @@ impl Block for SphereBlock {
         let direction = load3(token, rays.directions(), at);
         let center = splat3(token, [center[0][i], center[1][i], center[2][i]]);
         let center = if COMMON_ORIGIN { center } else { sub(load3(token, rays.origins(), at), center) };
-        let radius2 = token.splat(radius2[i]);
+        let radius = token.splat(radius[i]);
+        let radius2 = radius * radius;
         if rays.properties().contains(Properties::NORMALIZED_DIRECTIONS) {
             sphere::<T, true>(token, among, center, radius2, direction, t_min, t_max)
         } else {

@@ -10,6 +10,7 @@ mod far;
 mod levels;
 mod march;
 mod oracle;
+mod outlines;
 mod packets;
 mod query;
 mod refit;
