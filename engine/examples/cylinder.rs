@@ -57,8 +57,8 @@ impl Block for FourCylinders {
         (0..BLOCK).filter_map(|i| Self::bounds(&self.0.map(|row| row[i]))).for_each(|bounds| whole.merge(&bounds));
         whole
     }
-    fn ids(&self) -> &[u32; BLOCK] {
-        &self.1
+    fn ids(&self, _number: usize) -> [u32; BLOCK] {
+        self.1
     }
     #[inline(always)]
     fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> [[f32; BLOCK]; 5] {

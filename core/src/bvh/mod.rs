@@ -82,4 +82,11 @@ impl<B: Block> Bvh<B> {
     pub fn bytes(&self) -> usize {
         self.nodes.len() * size_of::<Node>() + self.leaves.len() * size_of::<B>()
     }
+
+    /// The same tree with other blocks.
+    pub(crate) fn with_blocks<C: Block>(self, of: impl Fn(&B) -> C) -> Bvh<C> {
+        let Self { nodes, leaves, leaf_count, root, bounds, frame, primitives, first_id } = self;
+        let leaves = memory::filled(leaves.len(), leaves.iter().map(of));
+        Bvh { nodes, leaves, leaf_count, root, bounds, frame, primitives, first_id }
+    }
 }

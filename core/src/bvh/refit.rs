@@ -21,10 +21,10 @@ impl<B: Block> Bvh<B> {
     /// tree was built stays out, and a primitive more or less needs a tree of its own: build anew.
     pub fn refit(&mut self, join: &impl Join, primitive: impl Fn(usize) -> B::Primitive + Sync) {
         let first_id = self.first_id;
-        let first = |block: &B| B::bounds(&primitive((block.ids()[0] - first_id) as usize));
-        let frame = frame(samples(self.leaves.len()).filter_map(|at| first(&self.leaves[at])));
-        self.fill::<false>(join, frame, &|_, block: &mut B| {
-            let ids = *block.ids();
+        let first = |at: usize| B::bounds(&primitive((self.leaves[at].ids(at)[0] - first_id) as usize));
+        let frame = frame(samples(self.leaves.len()).filter_map(first));
+        self.fill::<false>(join, frame, &|at, block: &mut B| {
+            let ids = block.ids(at);
             for (place, id) in ids.into_iter().enumerate().filter(|&(_, id)| id != crate::NO_HIT) {
                 let moved = primitive((id - first_id) as usize);
                 let sound = B::bounds(&moved).is_some();

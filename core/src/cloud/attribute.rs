@@ -68,7 +68,7 @@ pub(super) struct Attribute {
 impl Attribute {
     /// Of values by id, which become those by place.
     pub(super) fn new(bvh: &Bvh<SphereBlock>, values: Values) -> Self {
-        let ids = || bvh.leaves.iter().flat_map(|block| block.ids().iter().map(|&id| id as usize));
+        let ids = || (0..).zip(&bvh.leaves).flat_map(|(number, block)| block.ids(number).map(|id| id as usize));
         let values = match values {
             Values::F32(values) => Values::F32(ids().map(|id| values.get(id).copied().unwrap_or(f32::NAN)).collect()),
             Values::U8(values) => Values::U8(ids().map(|id| values.get(id).copied().unwrap_or(0)).collect()),

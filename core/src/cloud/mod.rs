@@ -4,7 +4,7 @@
 //! node. So what is not shown is passed by, subtree by subtree, and what is shown may change with each frame: nothing is built anew.
 //!
 //! Spheres and values lie in the order of the tree. A sphere's id is its place there, four places a block; some, at the end, may be
-//! unused. Nothing else is kept: with one attribute of floats a cloud takes some 32 bytes a sphere, 20 of which are data.
+//! unused. Nothing else is kept: with one attribute of floats a cloud takes some 28 bytes a sphere, 20 of which are data.
 //!
 //! | file | idea |
 //! |---|---|
@@ -22,12 +22,12 @@ pub use shown::{Crop, Crops, Shown};
 use self::attribute::Attribute;
 use crate::NO_HIT;
 use crate::bvh::{Bvh, Join, Quality};
-use crate::leaf::{BLOCK, Block as _, Bounds, SphereBlock};
+use crate::leaf::{BLOCK, Bounds, Places, SphereBlock};
 
 /// Spheres with attributes.
 #[derive(Clone, Debug)]
 pub struct Cloud {
-    bvh: Bvh<SphereBlock>,
+    bvh: Bvh<SphereBlock<Places>>,
     attributes: Vec<Attribute>,
 }
 
@@ -45,16 +45,13 @@ impl Cloud {
         values: Vec<Values>,
     ) -> Self {
         assert!(count < (NO_HIT as usize) & !(BLOCK - 1), "more spheres than places");
-        let mut bvh = Bvh::<SphereBlock>::build(count, 0, quality, join, sphere);
+        let bvh = Bvh::<SphereBlock>::build(count, 0, quality, join, sphere);
         let of = |values: Values| {
             assert_eq!(values.len(), count, "a value for each sphere");
             Attribute::new(&bvh, values)
         };
         let attributes = values.into_iter().map(of).collect();
-        for (at, block) in bvh.leaves.iter_mut().enumerate() {
-            block.number((at * BLOCK) as u32);
-        }
-        Self { bvh, attributes }
+        Self { bvh: bvh.with_blocks(SphereBlock::placed), attributes }
     }
 
     /// How many spheres there are: those given, less what was left out.
@@ -75,8 +72,8 @@ impl Cloud {
     /// Centre and radius of the sphere at a place, `[x, y, z, radius]`; `None` if there is none.
     #[inline]
     pub fn sphere(&self, place: usize) -> Option<[f32; 4]> {
-        let block = self.bvh.leaves.get(place / BLOCK)?;
-        (block.ids()[place % BLOCK] != NO_HIT).then(|| block.sphere(place % BLOCK))
+        let sphere = self.bvh.leaves.get(place / BLOCK)?.sphere(place % BLOCK);
+        (!sphere[3].is_nan()).then_some(sphere)
     }
 
     /// How many attributes there are.
@@ -99,12 +96,8 @@ impl Cloud {
     pub fn kinds(&self, attribute: usize) -> Option<Vec<u8>> {
         let bytes = self.attributes.get(attribute)?.bytes_by_place()?;
         let mut there = [false; 256];
-        let used = |place: usize| self.bvh.leaves[place / BLOCK].ids()[place % BLOCK] != NO_HIT;
-        bytes
-            .iter()
-            .enumerate()
-            .filter(|&(place, _)| used(place))
-            .for_each(|(_, &kind)| there[usize::from(kind)] = true);
+        let used = bytes.iter().enumerate().filter(|&(place, _)| self.sphere(place).is_some());
+        used.for_each(|(_, &kind)| there[usize::from(kind)] = true);
         Some((0..=u8::MAX).filter(|&kind| there[usize::from(kind)]).collect())
     }
 

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use super::attribute::Attribute;
 use crate::bvh::{Bvh, Child, Node, Tree};
 use crate::kernel::margin::Frame;
-use crate::leaf::{Blocks, SphereBlock};
+use crate::leaf::{Blocks, Places, SphereBlock};
 
 /// Of a cloud, what has certain values.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,13 +68,13 @@ impl Crops {
 /// What crops leave of a cloud.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<'a> {
-    bvh: &'a Bvh<SphereBlock>,
+    bvh: &'a Bvh<SphereBlock<Places>>,
     attributes: &'a [Attribute],
     crops: &'a Crops,
 }
 
 impl<'a> Shown<'a> {
-    pub(super) fn new(bvh: &'a Bvh<SphereBlock>, attributes: &'a [Attribute], crops: &'a Crops) -> Self {
+    pub(super) fn new(bvh: &'a Bvh<SphereBlock<Places>>, attributes: &'a [Attribute], crops: &'a Crops) -> Self {
         Self { bvh, attributes, crops }
     }
 
@@ -130,10 +130,10 @@ impl Tree for Shown<'_> {
 }
 
 impl Blocks for Shown<'_> {
-    type Block = SphereBlock;
+    type Block = SphereBlock<Places>;
 
     #[inline(always)]
-    fn blocks(&self) -> &[SphereBlock] {
+    fn blocks(&self) -> &[SphereBlock<Places>] {
         &self.bvh.leaves
     }
 

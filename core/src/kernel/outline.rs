@@ -25,13 +25,14 @@
 //! 15 u S, and the centre 8 u S, as in [`super::edges`]; sums and what they are compared with 12 u S. Together 49 u S. `SLACK` is more than
 //! that. The middle and the radius of a group's shears are widened by what they are rounded.
 //!
-//! - NaN, and coordinates out of proportion: may hit.
+//! - NaN, coordinates out of proportion, and radii above those of [`RADII`]: may hit. Radii below count as the least of these.
 
 use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::group_shears::GroupShears;
 use super::groups::group_lanes;
 use super::margin::larger;
+use super::sphere::RADII;
 
 /// Slack by S: see the [module](self).
 const SLACK: f32 = 64.0 / (1 << 24) as f32;
@@ -78,9 +79,11 @@ impl<const B: usize> Outlines<B> {
                         + radius[i];
                 }
             }
+            // What the test says of squares that have lost bits, or are infinite, means nothing, but it is the same for all.
+            let reach = if radius[i] <= *RADII.end() { larger(radius[i], *RADII.start()) } else { f32::INFINITY };
             let mut clearance = f32::INFINITY;
             for k in 0..2 {
-                of.reach[k][i] = radius[i] * shears.length[k] + SLACK * size;
+                of.reach[k][i] = reach * shears.length[k] + SLACK * size;
                 let beyond = of.reach[k][i] + shears.window.radius * of.depth[i].abs() - of.center[k][i].abs();
                 clearance = if clearance < beyond { clearance } else { beyond };
             }

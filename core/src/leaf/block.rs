@@ -41,8 +41,8 @@ pub trait Block: Copy + Send + Sync + Zeroable + 'static {
     /// The bounds of all its primitives; unused places and what is [`NOWHERE`](Self::NOWHERE) have none.
     fn whole(&self) -> Bounds;
 
-    /// The primitives' ids.
-    fn ids(&self) -> &[u32; BLOCK];
+    /// The primitives' ids; `number` is which block it is.
+    fn ids(&self, number: usize) -> [u32; BLOCK];
 
     /// Prepares the block for a packet: with a `COMMON_ORIGIN` relative to it.
     fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared;
@@ -128,8 +128,7 @@ impl<L: Blocks> Leaf for L {
                 }
                 _ => [u32::MAX; BLOCK],
             };
-            for i in 0..BLOCK {
-                let id = block.ids()[i];
+            for (i, id) in block.ids(number).into_iter().enumerate() {
                 let mut groups = touched[i] & groups;
                 if id == NO_HIT {
                     break;
@@ -172,8 +171,7 @@ impl<L: Blocks> Leaf for L {
                 continue;
             }
             let prepared = block.prepare::<W, false>(rays);
-            for i in 0..BLOCK {
-                let id = block.ids()[i];
+            for (i, id) in block.ids(number).into_iter().enumerate() {
                 if id == NO_HIT {
                     break;
                 }
@@ -215,12 +213,12 @@ impl<L: Blocks> Leaf for L {
                 let (hits, t) = block.test_single(token, ray, first);
                 let mut hits = hits.bits() & (shown >> first);
                 if hits != 0 {
-                    let mut distance = [0.0; 16];
+                    let (mut distance, ids) = ([0.0; 16], block.ids(number));
                     t.store(&mut distance, 0);
                     while hits != 0 {
                         let lane = hits.trailing_zeros() as usize % 16;
                         hits &= hits - 1;
-                        let (t, id) = (distance[lane], block.ids()[(first + lane) % BLOCK]);
+                        let (t, id) = (distance[lane], ids[(first + lane) % BLOCK]);
                         if ANY {
                             if hit.any(t, id) {
                                 return;

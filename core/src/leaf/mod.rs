@@ -16,7 +16,7 @@ use mobula_simd::Token;
 pub use block::{BLOCK, Block, Blocks};
 pub use bounds::Bounds;
 pub(crate) use bounds::{FOUR, Four};
-pub use sphere_block::SphereBlock;
+pub use sphere_block::{OwnIds, Places, SphereBlock, SphereIds};
 pub use triangle_block::TriangleBlock;
 
 use crate::Rays;

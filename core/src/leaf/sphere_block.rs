@@ -14,16 +14,71 @@ use crate::rays::AXES;
 use crate::vector::{load3, splat3, sub};
 use crate::{NO_HIT, Properties, Rays};
 
-/// Four spheres: centres by axis, radii.
+/// Four spheres: centres by axis, radii, and what says which spheres they are.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(16))]
-pub struct SphereBlock {
+pub struct SphereBlock<I = OwnIds> {
     center: [[f32; BLOCK]; 3],
     radius: [f32; BLOCK],
-    ids: [u32; BLOCK],
+    ids: I,
+}
+
+/// What says which spheres those of a block are.
+pub trait SphereIds: Copy + Send + Sync + Zeroable + 'static {
+    /// Of no spheres.
+    const NONE: Self;
+
+    /// The sphere at a place of the block has this id.
+    fn set(&mut self, place: usize, id: u32);
+
+    /// The ids of the spheres of block `number`, whose unused places have the radius NaN.
+    fn get(&self, number: usize, radius: &[f32; BLOCK]) -> [u32; BLOCK];
+}
+
+/// An id for each sphere.
+pub type OwnIds = [u32; BLOCK];
+
+impl SphereIds for OwnIds {
+    const NONE: Self = [NO_HIT; BLOCK];
+
+    #[inline(always)]
+    fn set(&mut self, place: usize, id: u32) {
+        self[place] = id;
+    }
+
+    #[inline(always)]
+    fn get(&self, _number: usize, _radius: &[f32; BLOCK]) -> [u32; BLOCK] {
+        *self
+    }
+}
+
+/// Ids are places, four a block: they take no memory, and a block fills a cache line.
+#[derive(Clone, Copy, Debug, Zeroable)]
+#[repr(align(64))]
+pub struct Places;
+
+impl SphereIds for Places {
+    const NONE: Self = Self;
+
+    fn set(&mut self, _place: usize, _id: u32) {}
+
+    #[inline(always)]
+    fn get(&self, number: usize, radius: &[f32; BLOCK]) -> [u32; BLOCK] {
+        let first = (number * BLOCK) as u32;
+        [0, 1, 2, 3].map(|i| if radius[i].is_nan() { NO_HIT } else { first + i as u32 })
+    }
 }
 
 impl SphereBlock {
+    /// The same spheres without their ids.
+    #[inline(always)]
+    pub(crate) fn placed(&self) -> SphereBlock<Places> {
+        let Self { center, radius, .. } = *self;
+        SphereBlock { center, radius, ids: Places }
+    }
+}
+
+impl<I: SphereIds> SphereBlock<I> {
     /// The sphere at a place: x, y, z of its centre, and its radius.
     ///
     /// # Panics
@@ -32,20 +87,12 @@ impl SphereBlock {
         let [x, y, z] = self.center.map(|row| row[place]);
         [x, y, z, self.radius[place]]
     }
-
-    /// Gives those that are there ids from `first` on.
-    #[inline(always)]
-    pub(crate) fn number(&mut self, first: u32) {
-        for (i, id) in self.ids.iter_mut().enumerate() {
-            *id = if *id == NO_HIT { NO_HIT } else { first + i as u32 };
-        }
-    }
 }
 
-impl Block for SphereBlock {
+impl<I: SphereIds> Block for SphereBlock<I> {
     /// `[x, y, z, radius]`.
     type Primitive = [f32; 4];
-    const EMPTY: Self = Self { center: [[f32::NAN; BLOCK]; 3], radius: [f32::NAN; BLOCK], ids: [NO_HIT; BLOCK] };
+    const EMPTY: Self = Self { center: [[f32::NAN; BLOCK]; 3], radius: [f32::NAN; BLOCK], ids: I::NONE };
     const COMPACT: bool = true;
     const NOWHERE: [f32; 4] = [f32::NAN; 4];
 
@@ -63,7 +110,7 @@ impl Block for SphereBlock {
     fn set(&mut self, place: usize, id: u32, &[x, y, z, r]: &[f32; 4]) {
         (self.center[0][place], self.center[1][place], self.center[2][place]) = (x, y, z);
         self.radius[place] = r;
-        self.ids[place] = id;
+        self.ids.set(place, id);
     }
 
     #[inline(always)]
@@ -84,8 +131,8 @@ impl Block for SphereBlock {
     }
 
     #[inline(always)]
-    fn ids(&self) -> &[u32; BLOCK] {
-        &self.ids
+    fn ids(&self, number: usize) -> [u32; BLOCK] {
+        self.ids.get(number, &self.radius)
     }
 
     #[inline(always)]

@@ -81,8 +81,8 @@ impl Block for TriangleBlock {
     }
 
     #[inline(always)]
-    fn ids(&self) -> &[u32; BLOCK] {
-        &self.ids
+    fn ids(&self, _number: usize) -> [u32; BLOCK] {
+        self.ids
     }
 
     #[inline(always)]

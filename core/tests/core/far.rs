@@ -42,8 +42,8 @@ impl Block for Counting {
         self.0.whole()
     }
 
-    fn ids(&self) -> &[u32; BLOCK] {
-        self.0.ids()
+    fn ids(&self, number: usize) -> [u32; BLOCK] {
+        self.0.ids(number)
     }
 
     fn prepare<const N: usize, const COMMON_ORIGIN: bool>(&self, rays: &Rays<N>) -> Self::Prepared {

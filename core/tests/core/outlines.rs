@@ -50,12 +50,12 @@ impl<const N: usize, const COMMON_ORIGIN: bool> Task for Compare<'_, N, COMMON_O
             left &= !groups;
             let frusta = Frusta::new::<T, N, COMMON_ORIGIN>(token, &bounds, rays, class);
             let Some(shears) = frusta.shears() else { continue };
-            let touched = SphereBlock::touched::<T, N>(token, &prepared, frusta.axis(), shears);
+            let touched = <SphereBlock>::touched::<T, N>(token, &prepared, frusta.axis(), shears);
             for (i, touched) in touched.into_iter().enumerate() {
                 let (mut found, mut at) = (0u32, 0);
                 while at < N {
                     let all = token.mask(u32::MAX);
-                    let (hit, _) = SphereBlock::test::<T, N, COMMON_ORIGIN, false>(
+                    let (hit, _) = <SphereBlock>::test::<T, N, COMMON_ORIGIN, false>(
                         token,
                         &prepared,
                         i,

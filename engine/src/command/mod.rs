@@ -206,6 +206,8 @@ struct Prepared {
 /// What only a window wants to know.
 #[cfg(feature = "window")]
 struct ForWindow {
+    /// The options that make the same.
+    options: SceneOptions,
     /// Where the scene's files were put.
     place: Place,
     /// Is there a scene file that says how its volumes are shown?
@@ -261,7 +263,8 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         shown::add(&mut scene, &options.volumes, &place, steps)?;
         particles::add(&mut scene, &options.particles, &place, steps, &build)
     });
-    shown?;
+    #[cfg_attr(not(feature = "window"), allow(unused_variables, reason = "for windows"))]
+    let particles = shown?;
     scene.up = options.up.0.or(scene.up);
     if let Some(values::Point(position)) = options.light {
         scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
@@ -273,8 +276,6 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     if let Some(background) = &options.background {
         scene.background = Arc::clone(&background.value);
     }
-    #[cfg(feature = "window")]
-    let saved = if on_demand { saved::scene(options, &scene, of_file, place) } else { None };
     if !scene.media.is_empty() && settings.renderer != RendererKind::Raytracer {
         say!("mobula: warning: the renderer {} shows no media (--transfer, --fog); raytracer does", settings.renderer);
     }
@@ -304,12 +305,18 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     }
     state.choose(chosen);
     settings.view = Some(chosen.view);
+    #[cfg(feature = "window")]
+    let window = {
+        let options = saved::options(options, particles, &scene, &state.stack.scene, &place);
+        let saved = if on_demand { saved::scene(&options, &scene, of_file, place) } else { None };
+        ForWindow { options, place, of_file, saved, time: said.time }
+    };
     Ok(Prepared {
         pipeline,
         settings,
         name: scene.name,
         build_seconds: shown_seconds + seconds,
         #[cfg(feature = "window")]
-        window: ForWindow { place, of_file, saved, time: said.time },
+        window,
     })
 }

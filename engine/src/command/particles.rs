@@ -17,29 +17,29 @@ use super::histogram::{self, short};
 use super::particle_options::{Crop, ParticleOptions, Range, Tile};
 use super::scene::grouped;
 use super::values::{Lengths, Transfer};
-use super::{memory, progress, tell};
+use super::{memory, progress, say, tell};
 
-/// Adds to a scene what its particles are shown as: as it says itself, or else as the options do.
+/// Adds to a scene what its particles are shown as: as it says itself, or else as the options do. Returns the options with what was chosen
+/// and depends on which steps are in memory, or follows from other options.
 pub(crate) fn add(
     scene: &mut SceneDescription,
     options: &ParticleOptions,
     place: &Place,
     steps: Steps,
     build: &Build,
-) -> Result<(), Failure> {
+) -> Result<ParticleOptions, Failure> {
     let map = options.map.as_ref().map(map).transpose()?;
     let color = match &options.color_by {
-        None if options.map.is_some() || options.range.is_some() => {
-            return Err(Failure::Usage("--map and --range are for --color-by, which is not given".to_owned()));
-        }
-        None => ColorBy::Auto,
         Some(name) if name == "none" => ColorBy::Material,
-        Some(name) => ColorBy::Attribute { name: name.clone(), map, range: options.range.map(|Range(range)| range) },
+        name => ColorBy::Attribute { name: name.clone(), map, range: options.range.map(|Range(range)| range) },
     };
     let mut crops: Vec<Cropping> = Vec::new();
     for Crop { attribute, ranges } in &options.crop {
-        // Of several for one attribute the last counts.
-        crops.retain(|crop| crop.attribute != *attribute);
+        if crops.iter().any(|crop| crop.attribute == *attribute) {
+            let name = printable(attribute);
+            let problem = format!("--crop {name}: write all ranges of an attribute in one, such as {name}=0,1,3,4");
+            return Err(Failure::Usage(problem));
+        }
         crops.push(Cropping { attribute: attribute.clone(), ranges: ranges.clone() });
     }
     let look = ParticleLook {
@@ -71,26 +71,43 @@ pub(crate) fn add(
         ParticleError::Read(problem) => Failure::Output(printable(&problem).into_owned()),
         error => Failure::Usage(printable(&error.to_string()).into_owned()),
     })?;
+    let mut chosen = options.clone();
     for note in notes {
         match note {
             ParticleNote::Guessed { particles, radius } => {
                 let (name, radius) = (printable(&particles), short(f64::from(radius) / place.scale));
                 tell!("mobula: {name}: particles have no radius; {radius} is guessed; choose another with --radius");
             }
-            ParticleNote::NotInMemory { particles, in_memory, steps: all } => {
+            ParticleNote::NotInMemory { particles, in_memory, steps: all, radius, coloring } => {
+                chosen.radius = chosen.radius.or(radius.map(|radius| (f64::from(radius) / place.scale) as f32));
+                if let Some((attribute, range)) = coloring {
+                    chosen.color_by.get_or_insert(attribute);
+                    chosen.range.get_or_insert(Range(range));
+                }
                 let (name, limit) = (printable(&particles), memory::shown(steps.memory));
                 tell!(
                     "mobula: {name}: {in_memory} of {all} steps are in memory ({limit}, see --memory); the others are read when they are shown"
                 );
             }
             ParticleNote::Colored { particles, attribute, range, map } => {
+                if options.map.is_some() || options.range.is_some() {
+                    chosen.color_by.get_or_insert(attribute.clone());
+                }
                 let [low, high] = range.map(|end| short(f64::from(end)));
                 let (name, attribute) = (printable(&particles), printable(&attribute));
-                tell!("mobula: {name}: coloured by {attribute}, from {low} to {high} ({map}); choose with --color-by");
+                // What has a colour for each value needs no range.
+                let map =
+                    if ["elements", "labels"].contains(&&*map) { map } else { format!("{map} from {low} to {high}") };
+                tell!("mobula: {name}: coloured by {attribute} ({map}); choose with --color-by, --map and --range");
+            }
+            ParticleNote::NothingShown { particles, attribute, range } => {
+                let [low, high] = range.map(|end| short(f64::from(end)));
+                let (name, attribute) = (printable(&particles), printable(&attribute));
+                say!("mobula: warning: {name}: nothing is shown of it: {attribute} is from {low} to {high}");
             }
         }
     }
-    Ok(())
+    Ok(chosen)
 }
 
 /// Which options do nothing in a scene, and why.

@@ -2,14 +2,36 @@
 
 use std::path::Path;
 
-use mobula::geometry::OpacityCurve;
+use mobula::geometry::{OpacityCurve, Particles};
 use mobula::light::Point;
 use mobula::load::{FORMATS, Place, SavedParticles, SavedScene};
 use mobula::scene::SceneDescription;
+use mobula::stack::Scene;
 
 use super::args::SceneOptions;
 use super::particle_options::{Crop, ParticleOptions, Range, Tile};
 use super::values;
+
+/// The options that make the same whichever steps of time are in memory: with what was chosen of particles, and where there are steps that
+/// are not in memory, with the light and the axis that follow from those that are.
+pub(crate) fn options(
+    options: &SceneOptions,
+    particles: ParticleOptions,
+    described: &SceneDescription,
+    scene: &Scene,
+    place: &Place,
+) -> SceneOptions {
+    let mut options = SceneOptions { particles, ..options.clone() };
+    let mut all = scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<Particles>());
+    if all.any(|one| one.series().makes_steps()) {
+        let light = scene.lights.first().and_then(|light| light.position());
+        if let (true, Some(position)) = (described.lights.is_empty(), light) {
+            options.light = Some(values::Point(place.back(position.into())));
+        }
+        options.up = values::UpChoice(Some(scene.up));
+    }
+    options
+}
 
 /// The scene, after it was decided what its volumes are shown as. None where no scene file can say what it is: one of several files is a
 /// scene file, or something comes from standard input.

@@ -37,6 +37,7 @@ fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
     tell!("{HELP}");
     // Screenshots are files too.
     signals::listen();
+    let ForWindow { options, place, of_file, saved, time } = window;
     let scene = options.scene_words();
     let shading = match options.volumes.shading {
         Shading::Auto => None,
@@ -44,7 +45,6 @@ fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
         Shading::Off => Some("off".to_owned()),
     };
     let transfer = options.volumes.transfer.iter().map(ToString::to_string).collect();
-    let ForWindow { place, of_file, saved, time } = window;
     let words = options.particles.color_words();
     let coloring = words.map(|(name, value)| format!(" --{name} {}", quoted(&value))).collect();
     let titles = Titles { name, scene, transfer, shading, coloring, quoted, place, of_file, saved, time };

@@ -22,12 +22,13 @@ pub fn legend(particles: &Particles) -> Option<Sheet> {
 /// A bar with its ends and its middle.
 fn bar(Coloring { attribute, map }: &Coloring) -> Sheet {
     let [low, high] = map.range();
-    let ends = [low, low * 0.5 + high * 0.5, high].map(|value| short(value, high - low));
+    let ends = [low, low * 0.5 + high * 0.5, high].map(|value| short(value, f64::from(high) - f64::from(low)));
     let (line, size) = (CHARACTER[1] + 2, [BAR[0].max(attribute.chars().count() * CHARACTER[0]), 0]);
     let mut sheet = Sheet::new([size[0], 2 * line + BAR[1] + 4], true);
     sheet.write([0, 0], attribute);
     for x in 0..BAR[0] {
-        let value = low + (high - low) * (x as f32 + 0.5) / BAR[0] as f32;
+        let part = (x as f32 + 0.5) / BAR[0] as f32;
+        let value = low * (1.0 - part) + high * part;
         sheet.fill([x, line], [1, BAR[1]], bytes(map.color(value)));
     }
     for (i, text) in ends.iter().enumerate() {
@@ -60,8 +61,8 @@ fn bytes(linear: [f32; 3]) -> [u8; 3] {
 }
 
 /// A value in no more digits than its range makes sense of.
-fn short(value: f32, range: f32) -> String {
-    let digits = 10_f64.powf((f64::from(range) / 1000.0).abs().max(1e-30).log10().floor());
+fn short(value: f32, range: f64) -> String {
+    let digits = 10_f64.powf((range / 1000.0).abs().max(1e-30).log10().floor());
     let rounded = (f64::from(value) / digits).round() * digits;
     let short: f64 = format!("{rounded:.6e}").parse().unwrap_or(rounded);
     if short != 0.0 && !(1e-4..1e7).contains(&short.abs()) { format!("{short:e}") } else { format!("{short}") }
@@ -96,5 +97,6 @@ mod tests {
     fn values_are_short() {
         let texts = [(0.100_001, 1.0), (2.5, 2.5), (1234.4, 5000.0), (3.0e-9, 1.0e-8), (0.0, 1.0)];
         assert_eq!(texts.map(|(value, range)| short(value, range)), ["0.1", "2.5", "1234", "3e-9", "0"]);
+        assert_eq!(short(f32::MAX, 2.0 * f64::from(f32::MAX)), "3.402e38");
     }
 }

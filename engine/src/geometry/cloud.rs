@@ -3,7 +3,6 @@
 use glam::Vec3;
 use mobula_core::bvh::Quality;
 use mobula_core::cloud;
-use mobula_core::kernel::sphere::RADII;
 
 use super::census::{Census, Item};
 use crate::accel::{AccelerationKind, Build, Pool};
@@ -16,14 +15,9 @@ pub struct Cloud {
     /// The names of the attributes.
     names: Vec<String>,
     census: Census,
-    /// Some of the spheres, in the order of the file: where most of them are must not depend on the tree.
-    sample: Vec<(Vec3, f32)>,
     /// Is every sphere tried, without the tree?
     pub(super) all: bool,
 }
-
-/// So many particles show where most are.
-const SAMPLE: usize = 10_000;
 
 const PARTICLES: Item = Item::primitives("particles", "particle", "particles");
 const LEFT_OUT: Item = Item::left_out(
@@ -52,12 +46,6 @@ impl Cloud {
             let [x, y, z] = centers[i];
             [x, y, z, radii.get(i).copied().unwrap_or(radius)]
         };
-        let sound = |i: usize| {
-            let [x, y, z, radius] = sphere(i);
-            let center = Vec3::new(x, y, z);
-            (center.is_finite() && RADII.contains(&radius)).then_some((center, radius))
-        };
-        let sample = (0..count).step_by(count.div_ceil(SAMPLE).max(1)).filter_map(sound).collect();
         let quality = if build.kind == AccelerationKind::Bvh { Quality::Good } else { Quality::Fast };
         let (names, values) = attributes.into_iter().map(|Attribute { name, values }| (name, values)).unzip();
         let join = Pool(&build.progress);
@@ -73,7 +61,7 @@ impl Cloud {
             }
         }
         let all = build.kind == AccelerationKind::Brute;
-        Ok(Self { spheres, names, census, sample, all })
+        Ok(Self { spheres, names, census, all })
     }
 
     /// Without particles.
@@ -103,27 +91,12 @@ impl Cloud {
 
     /// Bytes that it occupies.
     pub fn bytes(&self) -> usize {
-        self.spheres.bytes() + size_of_val(&*self.sample)
+        self.spheres.bytes()
     }
 
     /// Centre and radius of a sphere.
     #[inline(always)]
     pub(super) fn sphere(&self, place: usize) -> Option<(Vec3, f32)> {
         self.spheres.sphere(place).map(|[x, y, z, radius]| (Vec3::new(x, y, z), radius))
-    }
-
-    /// Calls `visit` with points that show how far the particles reach: the ends of some of them, and of all together.
-    pub(super) fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        for &(center, radius) in &self.sample {
-            for axis in Vec3::AXES {
-                visit(center + axis * radius);
-                visit(center - axis * radius);
-            }
-        }
-        let (low, high) = self.census.bounds;
-        if low.cmple(high).all() {
-            visit(low);
-            visit(high);
-        }
     }
 }

@@ -35,6 +35,8 @@ pub struct Particles {
     /// How opaque they are, by which the opacity of the material is multiplied.
     pub opacity: Opacity,
     series: Arc<CloudSeries>,
+    /// Some particles of all steps, with their radii.
+    reach: Arc<[(Vec3, f32)]>,
     step: usize,
     cloud: Arc<Cloud>,
 }
@@ -71,7 +73,14 @@ impl Particles {
     pub fn of_series(name: impl Into<String>, series: Arc<CloudSeries>, step: usize, material: u32) -> Option<Self> {
         let (cloud, step) = (series.get(step)?, step % series.len());
         let (name, opacity) = (name.into(), Opacity::All(1.0));
-        Some(Self { name, material, crops: Vec::new(), coloring: None, opacity, series, step, cloud })
+        let reach = reach(&series.in_memory()).into();
+        Some(Self { name, material, crops: Vec::new(), coloring: None, opacity, series, reach, step, cloud })
+    }
+
+    /// With other particles that show how far those of all steps reach, with their radii: otherwise these are some of each step in
+    /// memory.
+    pub fn reaching(self, reach: Vec<(Vec3, f32)>) -> Self {
+        Self { reach: reach.into(), ..self }
     }
 
     /// A spiral that is coloured along its way, and more and more opaque, with a part of it left out.
@@ -171,11 +180,21 @@ impl Geometry for Particles {
     }
 
     fn census(&self) -> Census {
-        self.cloud().census().clone()
+        let mut census = self.cloud().census().clone();
+        for &(center, radius) in &*self.reach {
+            census.include(center, radius);
+        }
+        census
     }
 
+    /// Of all steps: what is seen of the first is not to leave the picture with the second.
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        self.cloud().extremes(visit);
+        for &(center, radius) in &*self.reach {
+            for axis in Vec3::AXES {
+                visit(center + axis * radius);
+                visit(center - axis * radius);
+            }
+        }
     }
 
     fn materials(&self, _: &[u32], _: &mut [u32]) -> Option<u32> {
@@ -249,6 +268,20 @@ impl Surface for Particles {
     fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
         ball::error_scales(hits, out, |place| self.cloud().sphere(place));
     }
+}
+
+/// Some particles of steps, with their radii.
+fn reach(steps: &[Arc<Cloud>]) -> Vec<(Vec3, f32)> {
+    /// So many at most of each step.
+    const MANY: usize = 1000;
+    let of = |cloud: &Arc<Cloud>| {
+        let places = cloud.spheres.places();
+        let (low, high) = cloud.census().bounds;
+        let ends = if low.cmple(high).all() { vec![(low, 0.0), (high, 0.0)] } else { Vec::new() };
+        let some = (0..places).step_by(places.div_ceil(MANY).max(1)).filter_map(|place| cloud.sphere(place));
+        some.chain(ends).collect::<Vec<_>>()
+    };
+    steps.iter().flat_map(of).collect()
 }
 
 /// Finds the hits of particles.

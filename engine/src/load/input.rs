@@ -14,7 +14,7 @@ use crate::progress::Progress;
 
 /// A gzip file may unpack to this much whatever its size...
 const UNPACKED_BASE: u64 = 1 << 20;
-/// ... and to this many times what was read of it beyond that. Meshes as text shrink 3 to 10 times.
+/// ... and to this many times its length, or what was read of it, beyond that. Meshes as text shrink 3 to 10 times.
 const UNPACKED_RATIO: u64 = 32;
 /// How much of a file is looked at before it is read.
 pub(super) const START: usize = 512;
@@ -101,7 +101,7 @@ pub(super) fn open_bytes(file: &Path, progress: &Progress, packed: Packed) -> Re
     let packed = Rc::new(Cell::new(0));
     let counted = BufReader::with_capacity(1 << 16, Counted { input: reader, count: packed.clone() });
     let members = Members { state: Member::Unpacking(GzDecoder::new(counted)), trailing: trailing.clone() };
-    let capped = Capped { input: members, packed, allowed: allowed.clone(), unpacked: 0 };
+    let capped = Capped { input: members, packed, length: length.unwrap_or(0), allowed: allowed.clone(), unpacked: 0 };
     // What is damaged from the start is told by whoever reads it.
     Ok(Input { reader: Box::new(ahead(Box::new(capped))), gzip: true, length: None, allowed, trailing })
 }
@@ -229,10 +229,11 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// Fails with `FileTooLarge` when more is unpacked than what was read justifies.
+/// Fails with `FileTooLarge` when more is unpacked than the file's length, or else what was read of it, justifies.
 struct Capped<R> {
     input: R,
     packed: Rc<Cell<u64>>,
+    length: u64,
     allowed: Rc<Cell<u64>>,
     unpacked: u64,
 }
@@ -241,7 +242,7 @@ impl<R: Read> Read for Capped<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.input.read(buffer)?;
         self.unpacked += count as u64;
-        let by_size = UNPACKED_BASE.saturating_add(self.packed.get().saturating_mul(UNPACKED_RATIO));
+        let by_size = UNPACKED_BASE.saturating_add(self.packed.get().max(self.length).saturating_mul(UNPACKED_RATIO));
         let limit = by_size.max(self.allowed.get());
         if self.unpacked > limit {
             let text = format!(

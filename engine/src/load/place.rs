@@ -66,7 +66,8 @@ impl Place {
     /// Would the corners that faces use lie too close together here for a `f32` to tell them apart?
     pub(super) fn blurs(&self, positions: &[[f64; 3]], corners: &[u32]) -> bool {
         let Some((middle, size)) = most(positions, corners) else { return false };
-        (0..3).any(|k| (middle[k] - self.offset[k]).abs() > size * f64::from(1 << 18))
+        // Of few there is no size by which to judge.
+        size > 0.0 && (0..3).any(|k| (middle[k] - self.offset[k]).abs() > size * f64::from(1 << 18))
     }
 
     /// What people should know.

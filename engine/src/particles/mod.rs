@@ -6,10 +6,12 @@
 //! | `spacing` | how far particles are apart, from which a radius can be guessed |
 //! | `elements` | chemical elements: symbols, radii, colours |
 //! | `attribute` | a number of each particle, in the type that it came in |
+//! | `sample` | some of the particles of a step, which show how far all reach |
 //! | `source` | steps of time that are read when they are wanted |
 
 mod attribute;
 pub(crate) mod elements;
+mod sample;
 mod source;
 mod spacing;
 mod tiling;
@@ -77,12 +79,16 @@ impl ParticleStep {
         (numbers + numbers / 5 + 8 * self.centers.len()) as u64
     }
 
+    /// The names of what each particle has, in alphabetical order.
+    pub fn names(&self) -> Vec<&str> {
+        let mut names: Vec<_> = self.kinds().into_iter().map(|(name, _)| name).collect();
+        names.sort_unstable();
+        names
+    }
+
     /// Has each particle of this step what those of the other have? A step without particles goes with any.
     pub fn goes_with(&self, other: &Self) -> bool {
-        let names = |step: &Self| step.attributes.iter().map(|attribute| attribute.name.clone()).collect::<Vec<_>>();
-        self.centers.is_empty()
-            || other.centers.is_empty()
-            || self.radii.is_empty() == other.radii.is_empty() && names(self) == names(other)
+        self.centers.is_empty() || other.centers.is_empty() || self.names() == other.names()
     }
 }
 

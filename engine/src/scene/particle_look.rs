@@ -38,22 +38,25 @@ pub struct OpacityBy {
 }
 
 /// What decides about colours.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub enum ColorBy {
-    /// Elements, or the first attribute that is no part of a vector or a colour; without any, the material.
-    #[default]
-    Auto,
     /// The material.
     Material,
     /// An attribute.
     Attribute {
-        /// Its name.
-        name: String,
+        /// Its name; `None`: elements, or the first one that is no part of a vector or a colour; without any, the material decides.
+        name: Option<String>,
         /// Its colours; `None`: as goes with it.
         map: Option<Map>,
         /// Which values have the first and the last colour; `None`: the least and the greatest of all steps.
         range: Option<[f32; 2]>,
     },
+}
+
+impl Default for ColorBy {
+    fn default() -> Self {
+        Self::Attribute { name: None, map: None, range: None }
+    }
 }
 
 /// A colour map.

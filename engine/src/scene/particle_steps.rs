@@ -2,11 +2,17 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+use mobula_core::kernel::sphere::RADII;
+
 use super::particle_look::ParticleLook;
 use super::particles::ParticleError;
 use crate::accel::Build;
 use crate::geometry::{Cloud, CloudSeries};
-use crate::particles::{Attribute, ParticleStep, Particles, Source, TilingError};
+use crate::particles::{Attribute, ParticleStep, Particles};
+
+/// So many particles show how far all reach, before they are repeated.
+const SAMPLE: usize = 10_000;
 
 /// The steps of particles: those in memory that fit into it, others are made when they are wanted.
 pub(super) fn series(all: Particles, maker: Maker, shown: usize, memory: u64) -> Result<CloudSeries, ParticleError> {
@@ -19,7 +25,12 @@ pub(super) fn series(all: Particles, maker: Maker, shown: usize, memory: u64) ->
             clouds.push(None);
             continue;
         }
-        let cloud = maker.cloud_of(step, source.as_deref(), at)?;
+        let step = match (step, &source) {
+            (Some(step), _) => Arc::unwrap_or_clone(step),
+            (None, Some(source)) => source.read(at).map_err(ParticleError::Read)?,
+            (None, None) => ParticleStep::default(),
+        };
+        let cloud = maker.cloud_of(step)?;
         bytes += cloud.bytes() as u64;
         clouds.push(Some(Arc::new(cloud)));
     }
@@ -28,7 +39,7 @@ pub(super) fn series(all: Particles, maker: Maker, shown: usize, memory: u64) ->
     }
     Ok(match source.filter(|_| clouds.iter().any(Option::is_none)) {
         Some(source) => {
-            let make = move |step| maker.cloud_of(None, Some(&*source), step).map_err(|error| error.to_string());
+            let make = move |step| maker.cloud_of(source.read(step)?).map_err(|error| error.to_string());
             CloudSeries::made_when_wanted(clouds, Box::new(make), memory)
         }
         None => CloudSeries::new(clouds.into_iter().flatten().collect()),
@@ -46,35 +57,37 @@ pub(super) struct Maker {
 }
 
 impl Maker {
-    /// The cloud of a step, which is read if it is not in memory.
-    pub(super) fn cloud_of(
-        &self,
-        step: Option<Arc<ParticleStep>>,
-        source: Option<&dyn Source>,
-        at: usize,
-    ) -> Result<Cloud, ParticleError> {
-        let mut step = match (step, source) {
-            (Some(step), _) => Arc::unwrap_or_clone(step),
-            (None, Some(source)) => source.read(at).map_err(ParticleError::Read)?,
-            (None, None) => ParticleStep::default(),
-        };
-        let look = &self.look;
-        if let Some(attribute) = &look.radius_by {
-            let factor = look.radius.unwrap_or(1.0);
+    /// The cloud of a step.
+    pub(super) fn cloud_of(&self, step: ParticleStep) -> Result<Cloud, ParticleError> {
+        let cloud = Cloud::new(self.ready(step)?, self.radius, &self.build);
+        cloud.map_err(|error| ParticleError::TooMany(self.name.clone(), error))
+    }
+
+    /// Some of the particles of all steps in memory: they show how far these reach.
+    pub(super) fn reach(&self, all: &Particles) -> Result<Vec<(Vec3, f32)>, ParticleError> {
+        let each = (SAMPLE / all.read().count().max(1)).max(100);
+        let mut reach = Vec::new();
+        for step in all.read() {
+            let some = self.ready(step.sampled(each))?;
+            let radius = |i: usize| some.radii.get(i).copied().unwrap_or(self.radius);
+            reach.extend(some.centers.iter().enumerate().map(|(i, &center)| (center.into(), radius(i))));
+        }
+        reach.retain(|(center, radius): &(Vec3, f32)| center.is_finite() && RADII.contains(radius));
+        Ok(reach)
+    }
+
+    /// With the radii that are asked for, and repeated as often.
+    fn ready(&self, mut step: ParticleStep) -> Result<ParticleStep, ParticleError> {
+        let ParticleLook { radius, radius_by, tile, cell, .. } = &self.look;
+        if let Some(attribute) = radius_by {
+            let factor = radius.unwrap_or(1.0);
             let radius = |attribute: &Attribute| attribute.values.to_f32().iter().map(|x| x * factor).collect();
             step.radii = step.attribute(attribute).map(radius).unwrap_or_default();
-        } else if look.radius.is_some() {
+        } else if radius.is_some() {
             step.radii.clear();
         }
-        let step = tiled(step, look).map_err(|error| ParticleError::Tiling(self.name.clone(), error))?;
-        Cloud::new(step, self.radius, &self.build).map_err(|error| ParticleError::TooMany(self.name.clone(), error))
-    }
-}
-
-fn tiled(mut step: ParticleStep, look: &ParticleLook) -> Result<ParticleStep, TilingError> {
-    step.cell = look.cell.or(step.cell);
-    match look.tile {
-        None => Ok(step),
-        Some(times) => step.tiled(times),
+        step.cell = cell.or(step.cell);
+        let Some(times) = *tile else { return Ok(step) };
+        step.tiled(times).map_err(|error| ParticleError::Tiling(self.name.clone(), error))
     }
 }

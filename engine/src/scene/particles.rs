@@ -64,6 +64,15 @@ pub enum ParticleNote {
         /// The radius.
         radius: f32,
     },
+    /// Of an attribute that they are cropped by none has a value that is shown.
+    NothingShown {
+        /// The particles.
+        particles: String,
+        /// The attribute.
+        attribute: String,
+        /// Its least and its greatest value in all steps in memory.
+        range: [f32; 2],
+    },
     /// Not all steps are in memory.
     NotInMemory {
         /// The particles.
@@ -72,6 +81,10 @@ pub enum ParticleNote {
         in_memory: usize,
         /// How many there are.
         steps: usize,
+        /// The radius that was guessed of those in memory, in units of the scene.
+        radius: Option<f32>,
+        /// The attribute that decides about colours, and the values at the ends of the map.
+        coloring: Option<(String, [f32; 2])>,
     },
     /// Colours.
     Colored {
@@ -123,13 +136,19 @@ pub fn show_particles(
 
 fn geometry(
     scene: &mut SceneDescription,
-    all: particles::Particles,
+    mut all: particles::Particles,
     look: &ParticleLook,
     steps: Steps,
     build: &Build,
     notes: &mut Vec<ParticleNote>,
 ) -> Result<Particles, ParticleError> {
     let name = all.name.clone();
+    let count = all.steps.len().max(1);
+    let at = steps.shown % count;
+    // What is shown first decides with the others in memory about colours and radii.
+    if let (Some(step @ None), Some(source)) = (all.steps.get_mut(at), &all.source) {
+        *step = Some(Arc::new(source.read(at).map_err(ParticleError::Read)?));
+    }
     for Cropping { attribute, .. } in &look.crops {
         known(&all, attribute)?;
     }
@@ -138,34 +157,44 @@ fn geometry(
     }
     let coloring = coloring(&all, &look.color)?;
     let opacity = opacity(&all, look)?;
-    if let (Some(Coloring { attribute, map }), ColorBy::Auto) = (&coloring, &look.color) {
+    if let (Some(Coloring { attribute, map }), ColorBy::Attribute { name: None, .. }) = (&coloring, &look.color) {
         let [low, high] = map.range();
         let (attribute, map) = (attribute.clone(), map.name.clone());
         notes.push(ParticleNote::Colored { particles: name.clone(), attribute, range: [low, high], map });
     }
     let radius = look.radius.unwrap_or_else(|| all.guessed_radius());
-    if look.radius.is_none() && look.radius_by.is_none() && all.sample().is_some_and(|step| step.radii.is_empty()) {
+    let guessed =
+        look.radius.is_none() && look.radius_by.is_none() && all.sample().is_some_and(|step| step.radii.is_empty());
+    if guessed {
         notes.push(ParticleNote::Guessed { particles: name.clone(), radius });
     }
-    let count = all.steps.len().max(1);
-    let at = steps.shown % count;
     let material = look.material.unwrap_or_else(|| scene.add_material("particles", grain(GRAIN)));
     let maker = Maker { look: look.clone(), name: name.clone(), radius, build: build.clone() };
+    let reach = maker.reach(&all)?;
+    let ranges: Vec<_> = look.crops.iter().map(|crop| range_of(&all, &crop.attribute)).collect();
     let series = if steps.all {
         series(all, maker, at, steps.memory)?
     } else {
-        let step = all.steps.into_iter().nth(at).unwrap_or_default();
-        CloudSeries::new(vec![Arc::new(maker.cloud_of(step, all.source.as_deref(), at)?)])
+        let step = all.steps.into_iter().nth(at).flatten();
+        CloudSeries::new(vec![Arc::new(maker.cloud_of(Arc::unwrap_or_clone(step.unwrap_or_default()))?)])
     };
+    for (Cropping { attribute, ranges }, all) in look.crops.iter().zip(ranges) {
+        if !ranges.iter().any(|[low, high]| *low <= all[1] && all[0] <= *high) {
+            let (particles, attribute) = (name.clone(), attribute.clone());
+            notes.push(ParticleNote::NothingShown { particles, attribute, range: all });
+        }
+    }
     if series.in_memory().len() < count && steps.all {
         notes.push(ParticleNote::NotInMemory {
             particles: name.clone(),
             in_memory: series.in_memory().len(),
             steps: count,
+            radius: guessed.then_some(radius),
+            coloring: coloring.as_ref().map(|by| (by.attribute.clone(), by.map.range())),
         });
     }
     let particles = Particles::of_series(name, Arc::new(series), at, material);
-    let mut particles = particles.expect("the step that is shown is in memory");
+    let mut particles = particles.expect("the step that is shown is in memory").reaching(reach);
     (particles.crops, particles.coloring, particles.opacity) = (look.crops.clone(), coloring, opacity);
     Ok(particles)
 }
@@ -197,13 +226,13 @@ fn coloring(all: &particles::Particles, color: &ColorBy) -> Result<Option<Colori
     let attributes = || sample.iter().flat_map(|step| &step.attributes).map(|one| &*one.name);
     let (name, map, range) = match color {
         ColorBy::Material => return Ok(None),
-        ColorBy::Auto => {
+        ColorBy::Attribute { name: None, map, range } => {
             let chosen = attributes().find(|name| *name == "element");
             let chosen = chosen.or_else(|| attributes().find(|name| !PARTS.contains(name)));
             let Some(name) = chosen else { return Ok(None) };
-            (name, None, None)
+            (name, map.clone(), *range)
         }
-        ColorBy::Attribute { name, map, range } => {
+        ColorBy::Attribute { name: Some(name), map, range } => {
             known(all, name)?;
             (&**name, map.clone(), *range)
         }

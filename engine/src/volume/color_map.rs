@@ -32,7 +32,7 @@ impl ColorMap {
             let part = ((value - a.value) / (b.value - a.value)) as f32;
             [0, 1, 2].map(|k| a.color[k] * (1.0 - part) + b.color[k] * part)
         };
-        let per_unit = (ENTRIES - 1) as f32 / (range[1] - range[0]);
+        let per_unit = ((ENTRIES - 1) as f64 / (high * 0.5 - low * 0.5)) as f32;
         Self { name: function.name.clone(), range, per_unit, table: (0..ENTRIES).map(at).collect() }
     }
 
@@ -42,7 +42,8 @@ impl ColorMap {
         if value.is_nan() {
             return GREY;
         }
-        let entry = (value - self.range[0]) * self.per_unit + 0.5;
+        // Halved, so that the difference of two values is finite.
+        let entry = (value * 0.5 - self.range[0] * 0.5) * self.per_unit + 0.5;
         // Of a range of one value, NaN.
         self.table[(entry.max(0.0) as usize).min(ENTRIES - 1)]
     }

@@ -42,8 +42,8 @@ pub(super) struct Screenshot {
     /// Of the first picture from this frame on.
     pub(super) frame: u64,
     pub(super) file: PathBuf,
-    /// The scene and the options with which `mobula render` makes the same picture.
-    pub(super) options: String,
+    /// What makes the same picture, for people.
+    pub(super) same: String,
 }
 
 impl Screen {
@@ -138,9 +138,9 @@ impl Display for WindowDisplay {
         }));
         let wanted = shared.screenshot.take_if(|wanted| picture.frame >= wanted.frame);
         drop(shared);
-        if let Some(Screenshot { file, options, .. }) = wanted {
+        if let Some(Screenshot { file, same, .. }) = wanted {
             let written = write_png(&file, picture.buffer);
-            let told = written.map(|()| format!("{}; the same picture: mobula render {options}", file.display()));
+            let told = written.map(|()| format!("{}; {same}", file.display()));
             let told = told.map_err(|error| error.to_string());
             let _ = self.screen.proxy.send_event(News::Screenshot(told));
         }

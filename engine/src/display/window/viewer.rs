@@ -27,6 +27,7 @@ use crate::balance::BalancerKind;
 use crate::camera::{Up, View};
 use crate::display::Sheet;
 use crate::image::Size;
+use crate::load::Changes;
 use crate::output;
 use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
 use crate::renderer::RendererKind;
@@ -247,9 +248,7 @@ impl Viewer {
             shadows: Some(shadows),
             time,
         };
-        let mut changes = self.volumes.changes();
-        self.particles.tell(&mut changes);
-        let text = saved.text(&rendering, self.axis, &changes);
+        let text = saved.text(&rendering, self.axis, &self.changes());
         let number = (1_u32..).find(|number| !saved_name(*number).exists()).unwrap_or(0);
         let file = saved_name(number);
         match output::write(&file, |mut handle| handle.write_all(text.as_bytes())) {
@@ -270,11 +269,11 @@ impl Viewer {
                 break file;
             }
         };
-        let (screen, options) = (self.screen.clone(), self.options());
+        let (screen, same) = (self.screen.clone(), self.same());
         self.handle.at_barrier("screenshot", move |point| {
             point.mark_changed();
             let frame = point.frame;
-            screen.want(Screenshot { frame, file, options });
+            screen.want(Screenshot { frame, file, same });
             // Of a picture that is refined frame by frame: all of it in one frame, then as before.
             let whole = TraverserKind::Tiled.build(TileSize::default(), BalancerKind::default());
             if point.state.traverser.name() != whole.name() {
@@ -287,7 +286,23 @@ impl Viewer {
         });
     }
 
-    /// The scene and the options with which `mobula render` makes the picture that was asked for last.
+    /// What was changed of how volumes and particles are shown.
+    fn changes(&self) -> Changes {
+        let mut changes = self.volumes.changes();
+        self.particles.tell(&mut changes);
+        changes
+    }
+
+    /// What makes the picture that was asked for last, for people.
+    fn same(&self) -> String {
+        // Options do not change what a scene file says volumes and particles are shown as.
+        if self.titles.of_file && self.changes() != Changes::default() {
+            return "for a scene file that makes the same, press v".to_owned();
+        }
+        format!("the same picture: mobula render {}", self.options())
+    }
+
+    /// The scene and the options with which `mobula render` makes it.
     fn options(&self) -> String {
         let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows } = self.chosen;
         let shadows = if shadows { "" } else { " --no-shadows" };

@@ -85,6 +85,23 @@ impl Columns {
         }
     }
 
+    /// Room for one more particle, where as many numbers are added to each column.
+    #[inline]
+    pub(in crate::load) fn make_room(&mut self) -> Result<(), Fault> {
+        fn room<T>(numbers: &mut Vec<T>) -> bool {
+            numbers.len() < numbers.capacity() || numbers.try_reserve(numbers.len().max(64)).is_ok()
+        }
+        let mut all = self.columns.iter_mut().map(|column| match &mut column.numbers {
+            Numbers::U8(numbers) => room(numbers),
+            Numbers::F32(numbers) => room(numbers),
+            Numbers::F64(numbers) => room(numbers),
+        });
+        if all.all(|there| there) {
+            return Ok(());
+        }
+        Err(Fault::new(format!("there is no memory for more than {} particles", self.len()), "leave some out"))
+    }
+
     /// Room for so many more numbers in each column, as far as there is memory.
     pub(in crate::load) fn reserve(&mut self, count: usize) {
         for column in &mut self.columns {

@@ -53,6 +53,7 @@ pub(in crate::load) fn load(
                 return Err(LoadError::new(file, problem, remedy));
             }
         }
+        columns.make_room().map_err(|fault| LoadError::new(file, fault.problem, fault.remedy))?;
         for (column, (at, _)) in wanted.iter().enumerate() {
             columns.push(column, decode(raw.kind, raw.big_endian, &row[at * width..]));
         }

@@ -59,6 +59,7 @@ impl Rows {
     /// Adds a line.
     pub(super) fn add<'w>(&mut self, line: impl Iterator<Item = &'w str>) -> Result<(), Fault> {
         let mut count = 0;
+        self.columns.make_room()?;
         for word in line {
             match self.words.get(count) {
                 Some(&Word::Number(column)) => {

@@ -108,12 +108,12 @@ impl Particles {
     pub(super) fn look(&self, scale: f64) -> ParticleLook {
         let color = match &self.coloring {
             Some(Coloring { by, map, range }) => ColorBy::Attribute {
-                name: by.clone(),
+                name: Some(by.clone()),
                 map: map.clone(),
                 range: range.map(|range| range.map(|end| end as f32)),
             },
             None if self.color.is_some() || self.material.is_some() => ColorBy::Material,
-            None => ColorBy::Auto,
+            None => ColorBy::default(),
         };
         let cell = |[low, high]: [[f64; 3]; 2]| {
             let side = |axis: usize| ((high[axis] - low[axis]) * scale) as f32;

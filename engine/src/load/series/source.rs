@@ -19,7 +19,8 @@ pub(super) struct Files {
 impl Files {
     /// Those of which some have been loaded, with these options, and put somewhere.
     pub(super) fn new(files: Vec<PathBuf>, particles: &Particles, place: Place, options: &Options) -> Self {
-        let names = particles.sample().map(|step| names(step)).unwrap_or_default();
+        let names =
+            particles.sample().map(|step| step.names().into_iter().map(str::to_owned).collect()).unwrap_or_default();
         let (memory, progress) = (Memory::default(), Progress::default());
         Self { files, names, options: Options { place: Some(place), memory, progress, ..options.clone() } }
     }
@@ -38,13 +39,9 @@ impl Source for Files {
         let (Some(Some(step)), None) = (steps.next(), steps.next()) else {
             return Err(wrong("this is not one step of particles, as the other files are"));
         };
-        if !step.centers.is_empty() && names(&step) != self.names {
+        if !step.centers.is_empty() && step.names() != self.names {
             return Err(wrong("the particles of this step have other columns than those of the first"));
         }
         Ok(Arc::unwrap_or_clone(step))
     }
-}
-
-fn names(step: &ParticleStep) -> Vec<String> {
-    step.kinds().into_iter().map(|(name, _)| name.to_owned()).collect()
 }
