@@ -181,8 +181,10 @@ impl Geometry for Particles {
 
     fn census(&self) -> Census {
         let mut census = self.cloud().census().clone();
+        // A step outwards, as those of each step are.
         for &(center, radius) in &*self.reach {
-            census.include(center, radius);
+            census.include((center - radius).map(f32::next_down), 0.0);
+            census.include((center + radius).map(f32::next_up), 0.0);
         }
         census
     }

@@ -3,7 +3,7 @@
 use super::{Attribute, ParticleStep, Values};
 
 impl ParticleStep {
-    /// About `most` of the particles, evenly from the first to the last, and those whose centres are farthest out along each axis.
+    /// About `most` of the particles, evenly from the first to the last, and those that are farthest out along each axis.
     pub fn sampled(&self, most: usize) -> Self {
         if self.centers.len() <= most {
             return self.clone();
@@ -11,10 +11,11 @@ impl ParticleStep {
         let each = self.centers.len().div_ceil(most.max(1));
         let mut chosen: Vec<usize> = (0..self.centers.len()).step_by(each).collect();
         for axis in 0..3 {
-            let along = || self.centers.iter().enumerate().filter(|(_, center)| center[axis].is_finite());
-            let least = along().min_by(|a, b| a.1[axis].total_cmp(&b.1[axis]));
-            let greatest = along().max_by(|a, b| a.1[axis].total_cmp(&b.1[axis]));
-            chosen.extend([least, greatest].into_iter().flatten().map(|(at, _)| at));
+            for side in [-1.0, 1.0] {
+                let reach = |at: usize| side * self.centers[at][axis] + self.radii.get(at).copied().unwrap_or(0.0);
+                let finite = (0..self.centers.len()).filter(|&at| reach(at).is_finite());
+                chosen.extend(finite.max_by(|&a, &b| reach(a).total_cmp(&reach(b))));
+            }
         }
         let of = |Attribute { name, values }: &Attribute| {
             let values = match values {

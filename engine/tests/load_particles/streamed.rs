@@ -27,6 +27,11 @@ fn write(folder: &Folder) {
 
 /// The scene of all files, of which those are loaded that fit into so much memory, ready to be shown.
 fn scene(folder: &Folder, memory: u64) -> (SceneDescription, Vec<ParticleNote>) {
+    scene_at(folder, Steps { all: true, memory, ..Steps::default() })
+}
+
+fn scene_at(folder: &Folder, steps: Steps) -> (SceneDescription, Vec<ParticleNote>) {
+    let memory = steps.memory;
     let options = Options { memory: Memory::new(memory), ..Options::default() };
     let mut all = Gathering::new(&options);
     for step in 0..STEPS {
@@ -39,7 +44,6 @@ fn scene(folder: &Folder, memory: u64) -> (SceneDescription, Vec<ParticleNote>) 
     let [joined] = &all.join()[..] else { panic!("several series") };
     let mut scene = joined.loaded.scene.clone();
     let look = ParticleLook { radius: Some(0.5), ..ParticleLook::default() };
-    let steps = Steps { all: true, memory, ..Steps::default() };
     let notes = show_particles(&mut scene, |_| look.clone(), steps, &AccelerationKind::Bvh.into()).unwrap();
     (scene, notes)
 }
@@ -133,5 +137,21 @@ fn a_step_that_cannot_be_read_is_told_and_has_no_particles() {
     {
         let line = told.iter().find(|line| line.contains(file)).unwrap_or_else(|| panic!("{told:?}"));
         assert!(line.contains(problem) && !line.contains('\n'), "{line}");
+    }
+}
+
+#[test]
+fn view_and_light_follow_from_all_steps() {
+    let folder = Folder::new("streamed-view");
+    write(&folder);
+    let of = |shown: usize, all: bool| {
+        let (scene, _) = scene_at(&folder, Steps { shown, all, ..Steps::default() });
+        let built = mobula::scene::build(&scene, AccelerationKind::Bvh).unwrap();
+        (built.bulk, built.view(1.5), built.lights[0].position())
+    };
+    let first = of(0, true);
+    assert_eq!(first.0.1.x.floor(), 10.0 * (STEPS - 1) as f32);
+    for (shown, all) in [(3, true), (0, false), (5, false)] {
+        assert_eq!(of(shown, all), first, "{shown} {all}");
     }
 }

@@ -1,5 +1,7 @@
 //! What is told to a window, and what goes wrong with one.
 
+use std::io::{self, Write as _};
+
 use crate::load::{Place, SavedScene};
 use crate::pipeline::Fault;
 use crate::scene::Time;
@@ -49,6 +51,11 @@ pub enum WindowError {
     /// Rendering failed.
     #[error(transparent)]
     Fault(#[from] Fault),
+}
+
+/// Tells people something on standard error. A window goes on when nobody can be told.
+pub(super) fn tell(text: std::fmt::Arguments<'_>) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
 /// What winit says, without the place in its own source that it begins with.

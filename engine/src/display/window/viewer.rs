@@ -1,6 +1,6 @@
 //! The event loop's handler: input becomes transactions, pictures become pixels on the screen.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -17,7 +17,7 @@ use winit::window::{Window, WindowId};
 
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
-use super::news::{News, Titles, WindowError, without_place};
+use super::news::{News, Titles, WindowError, tell, without_place};
 use super::particles::{ParticleControls, legend_of};
 use super::screen::{Screen, Screenshot};
 use super::strips::Strips;
@@ -437,11 +437,6 @@ fn draw_at_once(
     }
     drop(shared);
     target.present()
-}
-
-/// Tells people something on standard error. A window goes on when nobody can be told.
-pub(super) fn tell(text: std::fmt::Arguments<'_>) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
 impl ApplicationHandler<News> for Viewer {

@@ -2,8 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::news::Titles;
-use super::viewer::tell;
+use super::news::{Titles, tell};
 use crate::app::{State, Streamer, Volumes};
 use crate::load::Changes;
 use crate::medium::Volume;
