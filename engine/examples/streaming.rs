@@ -58,7 +58,7 @@ fn write(file: &Path, count: usize, step: usize) -> std::io::Result<()> {
 
 fn scene(files: &[PathBuf], memory: u64) -> Result<SceneDescription, Box<dyn Error>> {
     let options = Options { memory: Memory::new(memory), ..Options::default() };
-    let mut all = Gathering::new(&options);
+    let mut all = Gathering::new(&options, load_with);
     for file in files {
         if !all.defers(file) {
             all.add(file.clone(), load_with(file, &options)?);

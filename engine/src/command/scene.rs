@@ -24,7 +24,7 @@ pub(crate) fn gather(names: &[PathBuf], raw: &RawOptions, memory: &Memory) -> Re
     let (raw, raw_particles) = (raw.raw(), raw.particles());
     let mut options = Options { raw, raw_particles, memory: memory.clone(), ..Options::default() };
     let common = options.clone();
-    let mut parts = Gathering::new(&common);
+    let mut parts = Gathering::new(&common, load::load_with);
     for name in names {
         for name in series::expand(name)? {
             if parts.defers(&name) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::input::{self, Input, Packed};
 use super::loaded::Loaded;
-use super::options::Options;
+use super::options::{Load, Options};
 use super::particles::{self, csv, lammps, xyz};
 use super::volume::{meta_image, nifti, nrrd, raw};
 use super::{LoadError, obj, ply, scene_file};
@@ -44,8 +44,8 @@ pub const FORMATS: &[Format] = &[
 pub const SCENE_FILE: &str = "Mobula scene";
 
 fn load_scene_file(file: &Path, input: Input, options: &Options) -> Result<Loaded, LoadError> {
-    let part = |part: &Path, options: &Options| load_any(part, options, |format| format.name != SCENE_FILE);
-    scene_file::load(file, input, options, SCENE_FILE, &part)
+    let part: Load = |part, options| load_any(part, options, |format| format.name != SCENE_FILE);
+    scene_file::load(file, input, options, SCENE_FILE, part)
 }
 
 /// What can be loaded, for messages.

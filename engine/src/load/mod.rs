@@ -49,7 +49,7 @@ pub use error::LoadError;
 pub use format::{FORMATS, Format, SCENE_FILE, load, load_with};
 pub use loaded::{Loaded, Report};
 pub use memory::Memory;
-pub use options::{NoLayout, Options, Raw, RawParticles};
+pub use options::{Load, NoLayout, Options, Raw, RawParticles};
 pub use place::Place;
 pub use scene_file::{BUILT_IN, Changes, SavedParticles, SavedScene};
 pub use text::printable;

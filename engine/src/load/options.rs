@@ -1,9 +1,16 @@
 //! How a file is loaded, beside what it says itself.
 
+use std::path::Path;
+
+use super::error::LoadError;
+use super::loaded::Loaded;
 use super::memory::Memory;
 use super::place::Place;
 use super::volume::VoxelType;
 use crate::progress::Progress;
+
+/// What loads a file.
+pub type Load = fn(&Path, &Options) -> Result<Loaded, LoadError>;
 
 /// How a file is loaded.
 #[derive(Clone, Debug, Default)]

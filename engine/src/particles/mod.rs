@@ -7,20 +7,18 @@
 //! | `elements` | chemical elements: symbols, radii, colours |
 //! | `attribute` | a number of each particle, in the type that it came in |
 //! | `sample` | some of the particles of a step, which show how far all reach |
-//! | `source` | steps of time that are read when they are wanted |
 
 mod attribute;
 pub(crate) mod elements;
 mod sample;
-mod source;
 mod spacing;
 mod tiling;
 
+use std::fmt::Debug;
 use std::sync::Arc;
 
 pub use attribute::{Attribute, Values};
 pub use elements::element_colors;
-pub use source::Source;
 pub use tiling::TilingError;
 
 use crate::volume::Statistics;
@@ -34,6 +32,15 @@ pub struct Particles {
     pub steps: Vec<Option<Arc<ParticleStep>>>,
     /// What reads steps that are not in memory; `None`: all are.
     pub source: Option<Arc<dyn Source>>,
+}
+
+/// Reads steps of time when they are wanted: where there is no memory for all.
+pub trait Source: Debug + Send + Sync {
+    /// Reads a step, from 0. It has what each particle of the other steps has.
+    ///
+    /// # Errors
+    /// If it cannot be read: a line for people.
+    fn read(&self, step: usize) -> Result<ParticleStep, String>;
 }
 
 /// The particles of one step.

@@ -11,6 +11,7 @@
 //! | `description` | what is in a scene |
 //! | `particles` | geometry is made of particles |
 //! | `particle_look` | what particles are shown as |
+//! | `particle_notes` | what people are told of particles |
 //! | `particle_steps` | the steps of particles made ready for rays |
 //! | `shown` | what a volume is shown as |
 //! | `rendering` | how a scene is to be rendered |
@@ -19,6 +20,7 @@ mod build;
 mod bulk;
 mod description;
 mod particle_look;
+mod particle_notes;
 mod particle_steps;
 mod particles;
 mod rendering;
@@ -28,8 +30,9 @@ mod volumes;
 pub use build::{build, with_geometry};
 pub use description::{Object, SceneDescription};
 pub use particle_look::{ColorBy, Map, OpacityBy, ParticleLook};
+pub use particle_notes::{ParticleError, ParticleNote};
 pub(crate) use particles::color_map;
-pub use particles::{GRAIN, ParticleError, ParticleNote, grain, show_particles};
+pub use particles::{GRAIN, grain, show_particles};
 pub use rendering::{Rendering, Time};
 pub use shown::{Shown, Transfer};
 pub use volumes::{Notes, ShowError, Steps, show};

@@ -6,7 +6,7 @@ use glam::Vec3;
 use mobula_core::kernel::sphere::RADII;
 
 use super::particle_look::ParticleLook;
-use super::particles::ParticleError;
+use super::particle_notes::ParticleError;
 use crate::accel::Build;
 use crate::geometry::{Cloud, CloudSeries};
 use crate::particles::{Attribute, ParticleStep, Particles};

@@ -33,7 +33,7 @@ fn scene(folder: &Folder, memory: u64) -> (SceneDescription, Vec<ParticleNote>) 
 fn scene_at(folder: &Folder, steps: Steps) -> (SceneDescription, Vec<ParticleNote>) {
     let memory = steps.memory;
     let options = Options { memory: Memory::new(memory), ..Options::default() };
-    let mut all = Gathering::new(&options);
+    let mut all = Gathering::new(&options, load_with);
     for step in 0..STEPS {
         let file = folder.0.join(format!("a{step}.csv"));
         if !all.defers(&file) {

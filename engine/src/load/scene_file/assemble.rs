@@ -8,11 +8,11 @@ use serde::Deserialize;
 use super::keys::Head;
 use super::named::Definitions;
 use super::objects::{self, Building};
-use super::parts::{Load, Parts};
+use super::parts::Parts;
 use super::surroundings;
 use super::text::Text;
 use crate::load::loaded::display_name;
-use crate::load::{LoadError, Loaded, Options, Report, input};
+use crate::load::{Load, LoadError, Loaded, Options, Report, input};
 use crate::scene::SceneDescription;
 
 /// A larger file is no scene file: what is large belongs in files of its own.
@@ -36,7 +36,7 @@ pub(crate) fn load(
     mut input: input::Input,
     options: &Options,
     format: &'static str,
-    part: Load<'_>,
+    part: Load,
 ) -> Result<Loaded, LoadError> {
     let mut bytes = Vec::new();
     if let Err(error) = (&mut input.reader).take(LARGEST + 1).read_to_end(&mut bytes) {
@@ -58,7 +58,7 @@ pub(crate) fn load(
     Ok(loaded)
 }
 
-fn assemble(text: Text<'_>, options: &Options, part: Load<'_>) -> Result<Loaded, LoadError> {
+fn assemble(text: Text<'_>, options: &Options, part: Load) -> Result<Loaded, LoadError> {
     let mut file = text.parse()?;
     let version = file.remove_entry("mobula");
     let Some((key, version)) = version else {

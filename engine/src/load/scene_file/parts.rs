@@ -10,11 +10,8 @@ use super::object_keys::Files;
 use super::text::{Text, shortened};
 use crate::load::place::Place;
 use crate::load::series::{self, Gathering};
-use crate::load::{LoadError, Loaded, Options, Raw, RawParticles, Report, input};
+use crate::load::{Load, LoadError, Loaded, Options, Raw, RawParticles, Report, input};
 use crate::{builtin, generate};
-
-/// Loads a file that is no scene file itself.
-pub(super) type Load<'a> = &'a dyn Fn(&Path, &Options) -> Result<Loaded, LoadError>;
 
 /// So many objects may name the same files: what each makes of them takes memory.
 const MOST_TIMES: usize = 16;
@@ -30,14 +27,15 @@ pub(super) struct RawFiles {
 pub(super) struct Parts<'a> {
     text: Text<'a>,
     options: &'a Options,
-    load: Load<'a>,
+    /// Loads a file that is no scene file itself.
+    load: Load,
     place: Option<Place>,
     /// What several objects name, and how many still will.
     kept: HashMap<Vec<String>, (usize, Option<Vec<Loaded>>)>,
 }
 
 impl<'a> Parts<'a> {
-    pub(super) fn new(text: Text<'a>, options: &'a Options, load: Load<'a>) -> Self {
+    pub(super) fn new(text: Text<'a>, options: &'a Options, load: Load) -> Self {
         Self { text, options, load, place: options.place, kept: HashMap::new() }
     }
 
@@ -78,7 +76,7 @@ impl<'a> Parts<'a> {
     fn open(&mut self, names: &Spanned<Files>, raw: &RawFiles) -> Result<Vec<Loaded>, LoadError> {
         let RawFiles { voxels: raw, particles: raw_particles } = raw.clone();
         let options = Options { raw, raw_particles, ..self.options.clone() };
-        let mut all = Gathering::new(&options);
+        let mut all = Gathering::new(&options, self.load);
         for name in &names.get_ref().0 {
             if name.starts_with(generate::PREFIX) {
                 let part = self.generated(name, names.span())?;

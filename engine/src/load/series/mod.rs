@@ -15,7 +15,7 @@ pub use names::expand;
 use names::{Part, differ_at, name, numbered};
 use source::Files;
 
-use super::{Loaded, Options, SCENE_FILE};
+use super::{Load, Loaded, Options};
 use crate::particles::Particles;
 use crate::scene::SceneDescription;
 use crate::volume::Grid;
@@ -35,6 +35,7 @@ pub struct Joined {
 #[derive(Debug)]
 pub struct Gathering<'a> {
     options: &'a Options,
+    load: Load,
     list: Vec<Series>,
 }
 
@@ -49,9 +50,9 @@ struct Series {
 }
 
 impl<'a> Gathering<'a> {
-    /// Nothing yet. The options are those with which files are loaded.
-    pub fn new(options: &'a Options) -> Self {
-        Self { options, list: Vec::new() }
+    /// Nothing yet. Files are loaded with these options, by `load`, as are those that are read later.
+    pub fn new(options: &'a Options, load: Load) -> Self {
+        Self { options, load, list: Vec::new() }
     }
 
     /// Need a file not be loaded? That is so where there is [no memory](Options::memory) left and its name is that of a further step of
@@ -70,7 +71,7 @@ impl<'a> Gathering<'a> {
     /// Adds what is in a file.
     pub fn add(&mut self, file: PathBuf, loaded: Loaded) {
         // A scene file has counted its own.
-        if loaded.report.format != SCENE_FILE {
+        if loaded.scene.objects.is_empty() {
             let steps = loaded.scene.particles.iter().flat_map(Particles::read);
             self.options.memory.take(steps.map(|step| step.bytes_shown()).sum());
         }
@@ -85,7 +86,7 @@ impl<'a> Gathering<'a> {
 
     /// A scene for each series.
     pub fn join(self) -> Vec<Joined> {
-        self.list.into_iter().map(|series| series.join(self.options)).collect()
+        self.list.into_iter().map(|series| series.join(self.options, self.load)).collect()
     }
 }
 
@@ -139,7 +140,7 @@ impl Series {
     }
 
     /// One scene of all files, in the order of their numbers.
-    fn join(mut self, options: &Options) -> Joined {
+    fn join(mut self, options: &Options, load: Load) -> Joined {
         self.files.sort_by(|(a, ..), (b, ..)| a.cmp(b));
         let in_steps = self.is_of_steps();
         let files: Vec<PathBuf> = self.files.iter().map(|(_, file, _)| file.clone()).collect();
@@ -169,7 +170,7 @@ impl Series {
             particles.steps = steps;
             particles.unify();
             if in_steps && files.len() > 1 {
-                particles.source = Some(Arc::new(Files::new(files.clone(), particles, loaded.place, options)));
+                particles.source = Some(Arc::new(Files::new(files.clone(), particles, loaded.place, options, load)));
             }
         }
         if let Some(name) = name {

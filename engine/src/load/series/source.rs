@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::load::{Memory, Options, Place, input, load_with};
+use crate::load::{Load, Memory, Options, Place, input};
 use crate::particles::{ParticleStep, Particles, Source};
 use crate::progress::Progress;
 
@@ -14,15 +14,17 @@ pub(super) struct Files {
     /// The names of what each particle has.
     names: Vec<String>,
     options: Options,
+    load: Load,
 }
 
 impl Files {
     /// Those of which some have been loaded, with these options, and put somewhere.
-    pub(super) fn new(files: Vec<PathBuf>, particles: &Particles, place: Place, options: &Options) -> Self {
+    pub(super) fn new(files: Vec<PathBuf>, particles: &Particles, place: Place, options: &Options, load: Load) -> Self {
         let names =
             particles.sample().map(|step| step.names().into_iter().map(str::to_owned).collect()).unwrap_or_default();
         let (memory, progress) = (Memory::default(), Progress::default());
-        Self { files, names, options: Options { place: Some(place), memory, progress, ..options.clone() } }
+        let options = Options { place: Some(place), memory, progress, ..options.clone() };
+        Self { files, names, options, load }
     }
 }
 
@@ -34,7 +36,7 @@ impl Source for Files {
         if !input::is_regular(file) {
             return Err(wrong("there is no such file any more"));
         }
-        let loaded = load_with(file, &self.options).map_err(|error| error.to_string())?;
+        let loaded = (self.load)(file, &self.options).map_err(|error| error.to_string())?;
         let mut steps = loaded.scene.particles.into_iter().flat_map(|particles| particles.steps);
         let (Some(Some(step)), None) = (steps.next(), steps.next()) else {
             return Err(wrong("this is not one step of particles, as the other files are"));
