@@ -9,11 +9,12 @@ use mobula_simd::{Dispatch, Scalar, Task, Token};
 
 use super::find::{ANY, CLOSEST, verify};
 use super::{Dice, Draft, Kernel, Outcome, Work};
+use crate::kernel::few::FewRays;
 use crate::kernel::frusta::Frusta;
 use crate::kernel::group_bounds::{GroupBounds, MIXED};
 use crate::kernel::groups::group_size;
 use crate::kernel::margin::Frame;
-use crate::kernel::single::{OneRay, SingleRay};
+use crate::kernel::single::OneRay;
 use crate::leaf::{BLOCK, Block, Leaf};
 use crate::oracle::{self, Truth};
 use crate::sink::{AnyHit, Found, SingleHit, Sink};
@@ -51,6 +52,8 @@ pub const PARALLEL: u8 = 2;
 pub const STREAM: u8 = 3;
 /// Ray by ray: [`Leaf::single`].
 pub const SINGLE: u8 = 4;
+/// As many rays as fill a vector, each against four primitives: [`Leaf::few`].
+pub const FEW: u8 = 5;
 
 /// The kernel that tests one leaf of all primitives, looking for the closest hit or any.
 #[derive(Debug)]
@@ -203,6 +206,20 @@ pub(super) fn test<T: Token, const N: usize, L: Leaf, S: Sink<N>, const PATH: u8
                 };
                 sink.set(rays, i, found);
             }
+        } else if PATH == FEW {
+            let mut left = others;
+            while left != 0 {
+                let (mut numbers, mut count) = ([0; 16], 0);
+                while left != 0 && count < numbers.len() {
+                    numbers[count] = from + left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    count += 1;
+                }
+                if !leaves.few::<T, N, false, S>(token, leaf.clone(), rays, sink, &numbers[..count], None) {
+                    stream::<T, N, L, S>(token, leaves, leaf.clone(), rays, sink, from, others);
+                    break;
+                }
+            }
         } else if others != 0 {
             stream::<T, N, L, S>(token, leaves, leaf.clone(), rays, sink, from, others);
         }
@@ -225,7 +242,7 @@ impl<L: Leaf, const ANY: bool> Task for LeafSingle<'_, L, ANY> {
     fn run<T: Token>(self, token: T) -> Found {
         let Self { leaves, leaf, ray, mut hit } = self;
         let token = token.narrow();
-        leaves.single::<_, ANY>(token, leaf, &mut SingleRay::new(token, &ray), &mut hit);
+        leaves.single::<_, ANY>(token, leaf, &mut SingleRay::new(token, &ray).ray, &mut hit);
         hit.found
     }
 }
