@@ -9,12 +9,11 @@ use mobula_simd::{Dispatch, Scalar, Task, Token};
 
 use super::find::{ANY, CLOSEST, verify};
 use super::{Dice, Draft, Kernel, Outcome, Work};
-use crate::kernel::few::FewRays;
 use crate::kernel::frusta::Frusta;
 use crate::kernel::group_bounds::{GroupBounds, MIXED};
 use crate::kernel::groups::group_size;
 use crate::kernel::margin::Frame;
-use crate::kernel::single::OneRay;
+use crate::kernel::single::{OneRay, SingleRay};
 use crate::leaf::{BLOCK, Block, Leaf};
 use crate::oracle::{self, Truth};
 use crate::sink::{AnyHit, Found, SingleHit, Sink};

@@ -54,9 +54,9 @@ impl Iterator for FewNumbers {
 
     #[inline(always)]
     fn next(&mut self) -> Option<usize> {
-        let (count, number) = (self.0 >> 60 & 7, self.0 & 1023);
-        let left = (self.0 & (1 << 60) - 1) >> 10;
-        self.0 = count.saturating_sub(1) << 60 | left;
+        let (count, numbers) = (self.0 >> 60 & 7, self.0 & ((1 << 60) - 1));
+        let number = numbers & 1023;
+        self.0 = count.saturating_sub(1) << 60 | numbers >> 10;
         (count > 0).then_some(number as usize)
     }
 }
