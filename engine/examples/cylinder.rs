@@ -6,7 +6,7 @@ use mobula::display::png::write_png;
 use mobula::geometry::{Census, Geometry, InTree, Item, Structure, Tree};
 use mobula::packet::{Hits, PacketWidth, Surface};
 use mobula::prelude::*;
-use mobula_core::kernel::single::SingleRay;
+use mobula_core::kernel::few::FewRays;
 use mobula_core::leaf::{BLOCK, Block, Bounds};
 use mobula_core::simd::{F32Lanes, Token};
 use mobula_core::vector::{load3, splat3, sub};
@@ -86,9 +86,9 @@ impl Block for FourCylinders {
         (hit & among, t)
     }
     #[inline(always)]
-    fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
-        let [x, y, z, height, radius] = self.0.each_ref().map(|row| token.load(row, i));
-        cylinder::<T>(sub([x, y, z], ray.origin), [height, radius], ray.direction, [ray.t_min, ray.t_max])
+    fn test_few<T: Token>(&self, token: T, rays: &FewRays<T>, i: usize) -> (T::Mask, T::F32) {
+        let [x, y, z, height, radius] = self.0.each_ref().map(|row| token.repeat(row, i));
+        cylinder::<T>(sub([x, y, z], rays.origin), [height, radius], rays.direction, [rays.t_min, rays.t_max])
     }
 }
 

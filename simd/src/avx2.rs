@@ -129,6 +129,11 @@ impl Token for Avx2 {
         }
     }
     #[inline(always)]
+    fn repeat(self, four: &[f32; 4], _at: usize) -> Avx2F32 {
+        // SAFETY: AVX by the token; four floats may be read from an array of four.
+        Avx2F32(unsafe { _mm256_broadcast_ps(&_mm_loadu_ps(four.as_ptr())) })
+    }
+    #[inline(always)]
     fn load_u32(self, src: &[u32], at: usize) -> Avx2I32 {
         match window::<u32, 8>(src, at) {
             // SAFETY: AVX by the token; eight integers may be read from an array of eight.

@@ -127,6 +127,11 @@ impl Token for Avx512 {
         }
     }
     #[inline(always)]
+    fn repeat(self, four: &[f32; 4], _at: usize) -> Avx512F32 {
+        // SAFETY: AVX-512 by the token; four floats may be read from an array of four.
+        Avx512F32(unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(four.as_ptr())) })
+    }
+    #[inline(always)]
     fn load_u32(self, src: &[u32], at: usize) -> Avx512I32 {
         match window::<u32, 16>(src, at) {
             // SAFETY: AVX-512 by the token; sixteen integers may be read from an array of sixteen.

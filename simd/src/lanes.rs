@@ -48,6 +48,8 @@ pub trait Token: Copy + Debug + Send + Sync + 'static {
     fn load(self, src: &[f32], at: usize) -> Self::F32;
     /// As [`load`](Self::load), of the lanes set in `mask`; the others are zero.
     fn load_masked(self, src: &[f32], at: usize, mask: Self::Mask) -> Self::F32;
+    /// `four[0]`, ..., `four[3]`, `four[0]`, ...: the same four in each four lanes. Of one lane `four[at % 4]`.
+    fn repeat(self, four: &[f32; 4], at: usize) -> Self::F32;
     /// Lanes `src[at..at + LANES]`; lanes beyond the end are zero.
     fn load_u32(self, src: &[u32], at: usize) -> Self::I32;
     /// `src[index]` in each lane of `mask`; zero where the mask is off or the index (read as unsigned) is out of range.

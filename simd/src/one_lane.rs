@@ -285,6 +285,10 @@ macro_rules! one_lane_token {
             self.splat(if at < src.len() { src[at] } else { 0.0 })
         }
         #[inline(always)]
+        fn repeat(self, four: &[f32; 4], at: usize) -> Self::F32 {
+            self.splat(four[at % 4])
+        }
+        #[inline(always)]
         fn load_masked(self, src: &[f32], at: usize, mask: Self::Mask) -> Self::F32 {
             self.splat(if mask.0 && at < src.len() { src[at] } else { 0.0 })
         }

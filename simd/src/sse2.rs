@@ -88,6 +88,10 @@ impl Token for Sse2 {
         }
     }
     #[inline(always)]
+    fn repeat(self, four: &[f32; 4], _at: usize) -> Sse2F32 {
+        Sse2F32(f32x4::new(*four))
+    }
+    #[inline(always)]
     fn load_masked(self, src: &[f32], at: usize, mask: Sse2Mask) -> Sse2F32 {
         Sse2F32(self.load(src, at).0 & mask.as_f32())
     }

@@ -47,6 +47,8 @@ pub struct Frusta {
     margin: f32,
     /// Groups whose rays go so far apart that bounds say little of them.
     diverged: u32,
+    /// Boxes that are no wider have few rays through them: of rays from one origin, per depth.
+    spacing: f32,
     /// For the edges of triangles, if the rays have an origin or a direction in common.
     shears: Option<GroupShears>,
 }
@@ -99,6 +101,8 @@ impl NodeDistances {
 
 /// Groups of rays whose slopes differ by more than this (a tile of 4x4 pixels is a few thousandths wide) have diverged.
 const WIDE: f32 = 1.0 / 160.0;
+/// Boxes that are no wider than so many times the distance of neighbouring rays have few rays through them.
+const SPACINGS: f32 = 2.0;
 /// How many times as wide as the slopes the bases may be, as a share of what the scene's frame holds.
 const SPREAD: f32 = 2.0;
 
@@ -155,6 +159,7 @@ impl Frusta {
             axis,
             margin,
             diverged: 0,
+            spacing: 0.0,
             shears: None,
         };
         let first_near = Plane { row: near, start: first + margin * way };
@@ -207,10 +212,13 @@ impl Frusta {
         }
         frusta.farthest = greatest::<T, N>(token, &frusta.reach, groups);
         let lanes = group_lanes(N);
+        let count = groups.count_ones() as usize * group_size(N);
         if COMMON_ORIGIN {
+            frusta.spacing = way * spacing(slope, count);
             frusta.shears = Some(GroupShears::new(token, &bounds.slope, slope, lanes, None));
         } else if slope[0][0] == slope[0][1] && slope[1][0] == slope[1][1] {
             let (center, away) = (bounds.frame.center, bounds.away);
+            frusta.spacing = spacing(base, count);
             let parallel = Parallel { center, shear: [slope[0][0], slope[1][0]], start: first, away };
             frusta.shears = Some(GroupShears::new(token, &bases, base, lanes, Some(parallel)));
         }
@@ -241,6 +249,32 @@ impl Frusta {
     #[inline(always)]
     pub fn diverged(&self) -> u32 {
         self.diverged
+    }
+
+    /// Which of eight boxes are so small, for how far rays are apart there, that few meet them, a bit each; `distances` are what
+    /// [`boxes`](Self::boxes) left. None if the rays have neither an origin nor a direction in common.
+    #[inline(always)]
+    pub fn small<T: Token, const COMMON_ORIGIN: bool>(
+        &self,
+        token: T,
+        planes: &Planes,
+        distances: &NodeDistances,
+    ) -> u32 {
+        let token = token.narrow();
+        let [x, y, _] = AXES[self.axis % 3];
+        let mut small = 0;
+        let mut at = 0;
+        while at < 8 {
+            let mut spacing = token.splat(self.spacing);
+            if COMMON_ORIGIN {
+                spacing = spacing * token.load(&distances.depth[0], at);
+            }
+            let across = token.load(row(planes, x + 3), at) - token.load(row(planes, x), at);
+            let along = token.load(row(planes, y + 3), at) - token.load(row(planes, y), at);
+            small |= across.max(along).le(spacing).bits() << at;
+            at += <T::Narrow as Token>::LANES;
+        }
+        small
     }
 
     /// Those of `groups` that may still hit something from `near` on.
@@ -338,6 +372,13 @@ impl Frusta {
         }
         self.farthest = greatest::<T, N>(token, &self.reach, u32::MAX);
     }
+}
+
+/// How wide a box may be that few of so many rays meet, which are spread evenly between these ends, by x and y.
+#[inline(always)]
+fn spacing(ends: [[f32; 2]; 2], rays: usize) -> f32 {
+    let area = (ends[0][1] - ends[0][0]) * (ends[1][1] - ends[1][0]);
+    SPACINGS * libm::sqrtf(area / rays as f32)
 }
 
 /// Least and greatest x and y of the rays of each group at the depth `start`.

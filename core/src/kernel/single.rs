@@ -1,4 +1,4 @@
-//! One ray against eight boxes, and as leaves want it: the same ray in every lane.
+//! One ray against eight boxes: the same ray in every lane.
 //!
 //! - NaN: an axis on which the ray has a NaN, or on which products overflow, is passed over: its box may be met, not missed.
 //! - Zero direction and grazing rays: as [`super::aabb::padded_sorted`]; boxes are widened by the margin of [`super::margin`].
@@ -7,6 +7,7 @@ use mobula_simd::{F32Lanes, MaskLanes, Token};
 
 use super::aabb::padded_sorted;
 use super::boxes::{Planes, rows};
+use super::few::FewRays;
 use super::margin::{PAD, larger};
 use crate::vector::splat3;
 use crate::{Properties, Rays};
@@ -21,7 +22,7 @@ pub struct OneRay {
     /// See [`Rays::inverse_directions`].
     pub inverse: [f32; 3],
     /// See [`Rays::shears`].
-    pub shear: [f32; 2],
+    pub shear: [f32; 3],
     /// The dominant axis.
     pub axis: usize,
     /// Does the direction have length 1?
@@ -39,12 +40,12 @@ impl OneRay {
     #[inline(always)]
     pub fn of<const N: usize>(rays: &Rays<N>, i: usize, padded_origin: [[f32; 3]; 2]) -> Self {
         let (origin, direction) = rays.ray(i);
-        let ([sx, sy, _], [x, y, z]) = (rays.shear_columns(), rays.inverse_columns());
+        let ([sx, sy, sz], [x, y, z]) = (rays.shear_columns(), rays.inverse_columns());
         Self {
             origin: origin.to_array(),
             direction: direction.to_array(),
             inverse: [x[i], y[i], z[i]],
-            shear: [sx[i], sy[i]],
+            shear: [sx[i], sy[i], sz[i]],
             axis: rays.axes()[i] as usize,
             unit: rays.properties().contains(Properties::NORMALIZED_DIRECTIONS),
             t_min: rays.t_min()[i],
@@ -70,25 +71,11 @@ pub fn padded_origin<const N: usize>(rays: &Rays<N>, origin: [f32; 3], i: usize)
     padded
 }
 
-/// A ray in every lane, as leaves want it.
+/// A ray in every lane.
 #[derive(Clone, Copy, Debug)]
 pub struct SingleRay<T: Token> {
-    /// Origin.
-    pub origin: [T::F32; 3],
-    /// Direction.
-    pub direction: [T::F32; 3],
-    /// See [`Rays::inverse_directions`].
-    pub inverse: [T::F32; 3],
-    /// See [`Rays::shears`].
-    pub shear: [T::F32; 2],
-    /// The dominant axis.
-    pub axis: usize,
-    /// Does the direction have length 1?
-    pub unit: bool,
-    /// Near end of the interval.
-    pub t_min: T::F32,
-    /// Far end, lowered by hits.
-    pub t_max: T::F32,
+    /// As leaves want it.
+    pub ray: FewRays<T>,
     /// Of the planes that the ray meets first and last.
     padded: [[T::F32; 3]; 2],
     /// The rows of those.
@@ -107,18 +94,18 @@ impl<T: Token> SingleRay<T> {
             far[k] = token.splat(ray.padded_origin[1 - negative][k]);
             (rows[0][k], rows[1][k]) = (k + 3 * negative, k + 3 * (1 - negative));
         }
-        Self {
+        let ray = FewRays {
             origin: splat3(token, ray.origin),
             direction: splat3(token, ray.direction),
             inverse: splat3(token, ray.inverse),
-            shear: [token.splat(ray.shear[0]), token.splat(ray.shear[1])],
+            shear: splat3(token, ray.shear),
             axis: ray.axis,
+            own_axes: None,
             unit: ray.unit,
             t_min: token.splat(ray.t_min),
             t_max: token.splat(ray.t_max),
-            padded: [near, far],
-            rows,
-        }
+        };
+        Self { ray, padded: [near, far], rows }
     }
 
     /// Which of eight boxes the ray meets, a bit each, and where it enters them.
@@ -128,7 +115,8 @@ impl<T: Token> SingleRay<T> {
         let mut at = 0;
         while at < 8 {
             let (near, far) = (rows(token, planes, self.rows[0], at), rows(token, planes, self.rows[1], at));
-            let (hit, near) = padded_sorted(token, near, far, self.inverse, self.padded, self.t_min, self.t_max);
+            let FewRays { inverse, t_min, t_max, .. } = self.ray;
+            let (hit, near) = padded_sorted(token, near, far, inverse, self.padded, t_min, t_max);
             met |= hit.bits() << at;
             near.store(nears, at);
             at += T::LANES;

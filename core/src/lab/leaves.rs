@@ -51,6 +51,8 @@ pub const PARALLEL: u8 = 2;
 pub const STREAM: u8 = 3;
 /// Ray by ray: [`Leaf::single`].
 pub const SINGLE: u8 = 4;
+/// As many rays as fill a vector, each against four primitives: [`Leaf::few`].
+pub const FEW: u8 = 5;
 
 /// The kernel that tests one leaf of all primitives, looking for the closest hit or any.
 #[derive(Debug)]
@@ -203,6 +205,20 @@ pub(super) fn test<T: Token, const N: usize, L: Leaf, S: Sink<N>, const PATH: u8
                 };
                 sink.set(rays, i, found);
             }
+        } else if PATH == FEW {
+            let mut left = others;
+            while left != 0 {
+                let (mut numbers, mut count) = ([0; 16], 0);
+                while left != 0 && count < numbers.len() {
+                    numbers[count] = from + left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    count += 1;
+                }
+                if !leaves.few::<T, N, false, S>(token, leaf.clone(), rays, sink, &numbers[..count], None) {
+                    stream::<T, N, L, S>(token, leaves, leaf.clone(), rays, sink, from, others);
+                    break;
+                }
+            }
         } else if others != 0 {
             stream::<T, N, L, S>(token, leaves, leaf.clone(), rays, sink, from, others);
         }
@@ -225,7 +241,7 @@ impl<L: Leaf, const ANY: bool> Task for LeafSingle<'_, L, ANY> {
     fn run<T: Token>(self, token: T) -> Found {
         let Self { leaves, leaf, ray, mut hit } = self;
         let token = token.narrow();
-        leaves.single::<_, ANY>(token, leaf, &mut SingleRay::new(token, &ray), &mut hit);
+        leaves.single::<_, ANY>(token, leaf, &mut SingleRay::new(token, &ray).ray, &mut hit);
         hit.found
     }
 }

@@ -7,15 +7,17 @@ use bytemuck::Zeroable;
 use mobula_simd::{F32Lanes, MaskLanes, Token, prefetch};
 
 use super::{Bounds, Leaf};
+use crate::kernel::few::FewRays;
 use crate::kernel::frusta::Frusta;
 use crate::kernel::group_shears::GroupShears;
 use crate::kernel::groups::{GROUPS, group_size};
-use crate::kernel::single::SingleRay;
 use crate::sink::{SingleHit, Sink};
 use crate::{NO_HIT, Rays};
 
 /// Primitives in a block.
 pub const BLOCK: usize = 4;
+/// A bit for each.
+const ALL: u32 = (1 << BLOCK) - 1;
 
 /// Four primitives of one kind as a structure of arrays. Unused places have the id [`NO_HIT`] and come last. Zeros are what a
 /// builder's memory starts as.
@@ -71,8 +73,9 @@ pub trait Block: Copy + Send + Sync + Zeroable + 'static {
         among: T::Mask,
     ) -> (T::Mask, T::F32);
 
-    /// Tests all four against one ray: lane i is primitive i. With one lane, `i` is which; otherwise it is 0.
-    fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32);
+    /// Tests all four against a few rays: lane 4 k + i is primitive i, for ray k. With one lane, `i` is which primitive; otherwise it
+    /// is 0.
+    fn test_few<T: Token>(&self, token: T, rays: &FewRays<T>, i: usize) -> (T::Mask, T::F32);
 }
 
 /// Leaves of blocks, and which of their primitives there are.
@@ -117,7 +120,7 @@ impl<L: Blocks> Leaf for L {
         let mut changed = 0;
         for (block, number) in blocks.iter().zip(leaf) {
             let shown = self.shown(number);
-            if shown & ((1 << BLOCK) - 1) == 0 {
+            if shown & ALL == 0 {
                 continue;
             }
             let prepared = block.prepare::<N, COMMON_ORIGIN>(rays);
@@ -167,7 +170,7 @@ impl<L: Blocks> Leaf for L {
         let Some(blocks) = self.blocks().get(leaf.clone()) else { return };
         for (block, number) in blocks.iter().zip(leaf) {
             let shown = self.shown(number);
-            if shown & ((1 << BLOCK) - 1) == 0 {
+            if shown & ALL == 0 {
                 continue;
             }
             let prepared = block.prepare::<W, false>(rays);
@@ -199,19 +202,19 @@ impl<L: Blocks> Leaf for L {
         &self,
         token: T,
         leaf: Range<usize>,
-        ray: &mut SingleRay<T>,
+        ray: &mut FewRays<T>,
         hit: &mut SingleHit<'_>,
     ) {
         let Some(blocks) = self.blocks().get(leaf.clone()) else { return };
         for (block, number) in blocks.iter().zip(leaf) {
             let shown = self.shown(number);
-            if shown & ((1 << BLOCK) - 1) == 0 {
+            if shown & ALL == 0 {
                 continue;
             }
             let mut first = 0;
             while first < BLOCK {
-                let (hits, t) = block.test_single(token, ray, first);
-                let mut hits = hits.bits() & (shown >> first);
+                let (hits, t) = block.test_few(token, ray, first);
+                let mut hits = hits.bits() & (shown & ALL) >> first;
                 if hits != 0 {
                     let (mut distance, ids) = ([0.0; 16], block.ids(number));
                     t.store(&mut distance, 0);
@@ -231,6 +234,58 @@ impl<L: Blocks> Leaf for L {
                 first += T::LANES;
             }
         }
+    }
+
+    #[inline(always)]
+    fn few<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
+        &self,
+        token: T,
+        leaf: Range<usize>,
+        rays: &mut Rays<N>,
+        sink: &mut S,
+        numbers: &[usize],
+        axis: Option<usize>,
+    ) -> bool {
+        if T::LANES < BLOCK {
+            return false;
+        }
+        let Some(blocks) = self.blocks().get(leaf.clone()) else { return true };
+        for (block, number) in blocks.iter().zip(leaf) {
+            let shown = self.shown(number);
+            if shown & ALL == 0 {
+                continue;
+            }
+            for numbers in numbers.chunks(FewRays::<T>::COUNT) {
+                let few = FewRays::<T>::of::<N, COMMON_ORIGIN>(token, rays, numbers, axis);
+                let (hits, t) = block.test_few(token, &few, 0);
+                let hits = hits.bits();
+                if hits == 0 {
+                    continue;
+                }
+                let mut distance = [0.0; 16];
+                t.store(&mut distance, 0);
+                for (k, &ray) in numbers.iter().enumerate() {
+                    let mut hits = hits >> (BLOCK * k) & shown & ALL;
+                    if hits == 0 {
+                        continue;
+                    }
+                    let mut hit = sink.single(rays, ray);
+                    while hits != 0 {
+                        let i = hits.trailing_zeros() as usize % BLOCK;
+                        hits &= hits - 1;
+                        let (t, id) = (distance[(BLOCK * k + i) % 16], block.ids()[i]);
+                        if !S::ANY {
+                            hit.closest(t, id);
+                        } else if hit.any(t, id) {
+                            break;
+                        }
+                    }
+                    let found = hit.found;
+                    sink.set(rays, ray, found);
+                }
+            }
+        }
+        true
     }
 
     #[inline(always)]

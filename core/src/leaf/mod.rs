@@ -20,13 +20,13 @@ pub use sphere_block::{OwnIds, Places, SphereBlock, SphereIds};
 pub use triangle_block::TriangleBlock;
 
 use crate::Rays;
+use crate::kernel::few::FewRays;
 use crate::kernel::frusta::Frusta;
-use crate::kernel::single::SingleRay;
 use crate::sink::{SingleHit, Sink};
 
 /// The leaves of a tree. A leaf is a range of what they are stored as.
 ///
-/// All three tests must accept the same hits, at the same distances, bit for bit, and lose no hit that lies in the bounds that the
+/// All tests must accept the same hits, at the same distances, bit for bit, and lose no hit that lies in the bounds that the
 /// tree was built with, widened by the [margin](crate::kernel::margin). A range that is not there holds nothing.
 pub trait Leaf: Send + Sync {
     /// Tests a leaf against the rays of `groups`, which travel together; `COMMON_ORIGIN` says that all start at one point.
@@ -56,9 +56,24 @@ pub trait Leaf: Send + Sync {
         &self,
         token: T,
         leaf: Range<usize>,
-        ray: &mut SingleRay<T>,
+        ray: &mut FewRays<T>,
         hit: &mut SingleHit<'_>,
     );
+
+    /// Tests a leaf against a few rays by their numbers, as many at once as [`FewRays`] has. `axis` is the dominant axis of all, if it
+    /// is one. Or says `false`: there is no such test, and they are to be tested otherwise.
+    #[inline(always)]
+    fn few<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
+        &self,
+        _token: T,
+        _leaf: Range<usize>,
+        _rays: &mut Rays<N>,
+        _sink: &mut S,
+        _numbers: &[usize],
+        _axis: Option<usize>,
+    ) -> bool {
+        false
+    }
 
     /// Asks for the memory of a leaf before it is visited.
     fn prefetch(&self, leaf: Range<usize>);

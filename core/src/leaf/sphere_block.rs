@@ -6,9 +6,9 @@ use mobula_simd::{F32Lanes, Token};
 use super::Bounds;
 use super::block::{BLOCK, Block};
 use super::bounds::FOUR;
+use crate::kernel::few::FewRays;
 use crate::kernel::group_shears::GroupShears;
 use crate::kernel::outline::Outlines;
-use crate::kernel::single::SingleRay;
 use crate::kernel::sphere::{RADII, sphere};
 use crate::rays::AXES;
 use crate::vector::{load3, splat3, sub};
@@ -190,14 +190,15 @@ impl<I: SphereIds> Block for SphereBlock<I> {
     }
 
     #[inline(always)]
-    fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
-        let center = sub(ray.origin, load3(token, &self.center, i));
-        let radius = token.load(&self.radius[..], i);
+    fn test_few<T: Token>(&self, token: T, rays: &FewRays<T>, i: usize) -> (T::Mask, T::F32) {
+        let [x, y, z] = &self.center;
+        let center = sub(rays.origin, [token.repeat(x, i), token.repeat(y, i), token.repeat(z, i)]);
+        let radius = token.repeat(&self.radius, i);
         let radius2 = radius * radius;
-        if ray.unit {
-            sphere::<T, true>(token, token.first(BLOCK), center, radius2, ray.direction, ray.t_min, ray.t_max)
+        if rays.unit {
+            sphere::<T, true>(token, token.mask(u32::MAX), center, radius2, rays.direction, rays.t_min, rays.t_max)
         } else {
-            sphere::<T, false>(token, token.first(BLOCK), center, radius2, ray.direction, ray.t_min, ray.t_max)
+            sphere::<T, false>(token, token.mask(u32::MAX), center, radius2, rays.direction, rays.t_min, rays.t_max)
         }
     }
 }

@@ -7,8 +7,8 @@ use super::Bounds;
 use super::block::{BLOCK, Block};
 use super::bounds::FOUR;
 use crate::kernel::edges::Edges;
+use crate::kernel::few::FewRays;
 use crate::kernel::group_shears::GroupShears;
-use crate::kernel::single::SingleRay;
 use crate::kernel::triangle::{ShearedRay, triangle};
 use crate::rays::{AXES, last_axis};
 use crate::{NO_HIT, Rays};
@@ -158,20 +158,21 @@ impl Block for TriangleBlock {
     }
 
     #[inline(always)]
-    fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
-        let axes = AXES[ray.axis % 3];
-        let mut corners = [ray.origin; 3];
+    fn test_few<T: Token>(&self, token: T, rays: &FewRays<T>, i: usize) -> (T::Mask, T::F32) {
+        let axes = if rays.own_axes.is_some() { [0, 1, 2] } else { AXES[rays.axis % 3] };
+        let mut corners = [rays.origin; 3];
         for (out, corner) in corners.iter_mut().zip(&self.corners) {
             for (x, axis) in out.iter_mut().zip(axes) {
-                *x = token.load(&corner[axis], i) - ray.origin[axis];
+                *x = token.repeat(&corner[axis], i) - rays.origin[axis];
             }
         }
-        let sheared = ShearedRay {
-            shear: ray.shear,
-            inverse_forward: ray.inverse[ray.axis % 3],
-            t_min: ray.t_min,
-            t_max: ray.t_max,
-        };
-        triangle::<T, true>(token, token.first(BLOCK), corners, &sheared)
+        if let Some([on_y, on_z]) = rays.own_axes {
+            for corner in &mut corners {
+                *corner = last_axis::<T>(*corner, on_y, on_z);
+            }
+        }
+        let [x, y, inverse_forward] = rays.shear;
+        let ray = ShearedRay { shear: [x, y], inverse_forward, t_min: rays.t_min, t_max: rays.t_max };
+        triangle::<T, true>(token, token.mask(u32::MAX), corners, &ray)
     }
 }

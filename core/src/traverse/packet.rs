@@ -6,8 +6,10 @@
 //!     pop; leave out groups that have found something nearer
 //!     node: which of eight children may any ray meet?  all at once
 //!           each such child: which groups may meet it?  all at once; ask for its memory
-//!           which rays of diverged groups meet it?  a few: as single rays from here
-//!           on with the nearest; push the others, the nearer ones last
+//!           which rays of diverged groups meet it?  of all groups, if it is small for how far rays are apart
+//!           push it; nearer ones last; where a few rays only meet it, with these in place of groups
+//!           on with the nearest that groups meet
+//!     a few rays: a leaf together, a subtree one by one
 //!     leaf: each primitive that any ray may hit: which groups?  all at once; then each such group's rays, W at a time
 //! ```
 
@@ -16,9 +18,10 @@ use mobula_simd::{MaskLanes, Token};
 use super::paths::Paths;
 use super::roots::Roots;
 use super::single::TraceSingle;
-use super::stack::{Entry, Met};
+use super::stack::{Entry, FewNumbers, Met};
 use super::stream::TraceStream;
-use crate::bvh::{Child, Node, STACK, Tree};
+use crate::bvh::{Node, STACK, Tree};
+use crate::kernel::boxes::Planes;
 use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
 use crate::kernel::frusta::{Frusta, NodeDistances};
 use crate::kernel::group_bounds::{GroupBounds, MIXED};
@@ -26,14 +29,16 @@ use crate::kernel::groups::group_size;
 use crate::kernel::single::{OneRay, padded_origin};
 use crate::leaf::Leaf;
 use crate::sink::Sink;
-use crate::{Column, Columns3, Properties, Rays};
+use crate::{Columns3, Properties, Rays};
 
 /// Packets with fewer rays travel as a stream.
 const FEW: usize = 4;
-/// So few rays of a packet that meet a child go on as single rays there: a packet that has diverged (rays to a light from both
+/// So few rays of a packet that meet a node go on as single rays there: a packet that has diverged (rays to a light from both
 /// sides of a silhouette) would test them against all that lies between (after Benthin et al., "Combining Single and
 /// Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC Architecture", TVCG 2012).
 const SINGLE_RAYS: u32 = 3;
+/// And so few that meet a leaf are tested there together: see [`Leaf::few`].
+const AT_LEAF: u32 = FewNumbers::MOST as u32;
 /// Rays of a stream.
 const STREAM: usize = 64;
 
@@ -148,14 +153,7 @@ fn together<T: Token, const N: usize, B: Tree, S: Sink<N>, const COMMON_ORIGIN: 
         left &= !groups;
         let frusta = Frusta::new::<T, N, COMMON_ORIGIN>(token, &bounds, rays, class);
         let diverged = frusta.diverged();
-        let mut origins = [Column::splat(0.0); 3];
-        if diverged != 0 {
-            rays.inverse_directions(token);
-            origins = tree.frame().columns(token, rays);
-        }
-        let signs = if diverged == 0 { ANY_SIGNS } else { rays.octant().unwrap_or(ANY_SIGNS) };
-        let mut walk =
-            PacketWalk { tree, rays, origins: &origins, sink, frusta, diverged, signs, lanes: [0; WORDS], stale: 0 };
+        let mut walk = PacketWalk { tree, rays, apart: None, sink, frusta, diverged, lanes: [0; WORDS], stale: 0 };
         for child in roots.of(tree) {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, rays: groups.into() };
             walk.down::<T, COMMON_ORIGIN>(token, stack);
@@ -164,17 +162,23 @@ fn together<T: Token, const N: usize, B: Tree, S: Sink<N>, const COMMON_ORIGIN: 
     others
 }
 
+/// What tests of rays one by one need.
+struct Apart<const N: usize> {
+    /// Signs of all directions, as [`rays_meeting`] wants them.
+    signs: u8,
+    /// Where rays start in the tree's frame.
+    origins: Columns3<N>,
+}
+
 struct PacketWalk<'a, const N: usize, B, S> {
     tree: &'a B,
     rays: &'a mut Rays<N>,
-    /// Where rays start in the tree's frame, if any are tested one by one.
-    origins: &'a Columns3<N>,
+    /// Derived when rays are first tested one by one.
+    apart: Option<Apart<N>>,
     sink: &'a mut S,
     frusta: Frusta,
     /// Groups whose rays are tested one by one.
     diverged: u32,
-    /// Signs of all directions, as [`rays_meeting`] wants them.
-    signs: u8,
     /// Groups with hits since their frustum was shortened.
     stale: u32,
     /// A bit a ray: see [`rays_meeting`].
@@ -190,6 +194,10 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
         while top > 0 {
             top -= 1;
             let mut entry = stack[top];
+            if let Some(numbers) = FewNumbers::in_entry(entry.rays) {
+                self.trace_few::<T, COMMON_ORIGIN>(token, entry, numbers, stack, top);
+                continue;
+            }
             let stale = self.stale & entry.rays as u32;
             if stale != 0 {
                 self.stale &= !stale;
@@ -215,8 +223,8 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
         }
     }
 
-    /// The nearest child that any ray of the groups meets ([`Child::EMPTY`] if none); pushes the others, the nearer ones last. Where
-    /// only a few rays meet a child, they go on as single rays at once.
+    /// The nearest child that more than a few rays of the groups meet ([`Child::EMPTY`](crate::bvh::Child::EMPTY) if none); pushes the
+    /// others, the nearer ones last.
     #[inline(always)]
     fn nearest<T: Token, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -229,6 +237,7 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
         let planes = &node.planes;
         let mut distances = NodeDistances::NONE;
         let mut met = self.frusta.boxes(token, planes, &mut distances);
+        let small = self.frusta.small::<T, COMMON_ORIGIN>(token, planes, &distances);
         let mut children = Met::new(stack, *top);
         while met != 0 {
             let slot = met.trailing_zeros() as usize % 8;
@@ -237,56 +246,95 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
             if groups == 0 {
                 continue;
             }
-            let child = node.child[slot];
-            if groups & self.diverged != 0 {
-                let (meeting, count) = rays_meeting::<T, N, COMMON_ORIGIN>(
-                    token,
-                    self.rays,
-                    self.signs,
-                    self.origins,
-                    self.frusta.margin(),
-                    planes,
-                    slot,
-                    groups & self.diverged,
-                    &mut self.lanes,
-                );
-                groups = groups & !self.diverged | meeting;
+            let (child, near) = (node.child[slot], distances.near[slot]);
+            let apart = if small >> slot & 1 != 0 { groups } else { groups & self.diverged };
+            if apart != 0 {
+                let (meeting, count) = self.rays_meeting::<T, COMMON_ORIGIN>(token, planes, slot, apart);
+                groups = groups & !apart | meeting;
                 if groups == 0 {
                     continue;
                 }
-                if groups == meeting && count <= SINGLE_RAYS {
-                    self.trace_single_rays(token, child, meeting, &mut children);
+                if groups == meeting && count <= if child.is_leaf() { AT_LEAF } else { SINGLE_RAYS } {
+                    self.tree.prefetch(child);
+                    let rays = FewNumbers::of(&self.lanes[..N.div_ceil(64)]);
+                    children.wait(Entry { child, near, rays }, !S::ANY);
                     continue;
                 }
             }
             self.tree.prefetch(child);
             // The order of any hits is the node's.
-            children.add(Entry { child, near: distances.near[slot], rays: groups.into() }, !S::ANY);
+            children.add(Entry { child, near, rays: groups.into() }, !S::ANY);
         }
         *top = children.top;
         children.nearest
     }
 
-    /// Traces the rays in `self.lanes`, which are of these groups, through a child, one by one.
+    /// [`rays_meeting`]: `self.lanes` says which.
     #[inline(always)]
-    fn trace_single_rays<T: Token>(&mut self, token: T, child: Child, groups: u32, above: &mut Met) {
-        let [x, y, z] = self.origins;
-        for word in 0..N.div_ceil(64) {
-            let mut lanes = self.lanes[word];
-            while lanes != 0 {
-                let i = 64 * word + lanes.trailing_zeros() as usize;
-                lanes &= lanes - 1;
-                let ray = OneRay::of(self.rays, i, padded_origin(self.rays, [x[i], y[i], z[i]], i));
-                let (tree, hit, base) = (self.tree, self.sink.single(self.rays, i), above.top);
-                let stack = &mut *above.stack;
-                let found = if S::ANY {
-                    token.run(TraceSingle::<_, true> { tree, ray, hit, child, stack, base })
-                } else {
-                    token.run(TraceSingle::<_, false> { tree, ray, hit, child, stack, base })
-                };
-                self.sink.set(self.rays, i, found);
+    fn rays_meeting<T: Token, const COMMON_ORIGIN: bool>(
+        &mut self,
+        token: T,
+        planes: &Planes,
+        slot: usize,
+        groups: u32,
+    ) -> (u32, u32) {
+        if self.apart.is_none() {
+            self.rays.inverse_directions(token);
+            let (signs, origins) = (self.rays.octant(), self.tree.frame().columns(token, self.rays));
+            self.apart = Some(Apart { signs: signs.unwrap_or(ANY_SIGNS), origins });
+        }
+        let Some(Apart { signs, origins }) = &self.apart else { return (groups, u32::MAX) };
+        rays_meeting::<T, N, COMMON_ORIGIN>(
+            token,
+            self.rays,
+            *signs,
+            origins,
+            self.frusta.margin(),
+            planes,
+            slot,
+            groups,
+            &mut self.lanes,
+        )
+    }
+
+    /// Traces the few rays of an entry: through a leaf together, through a subtree one by one.
+    #[inline(always)]
+    fn trace_few<T: Token, const COMMON_ORIGIN: bool>(
+        &mut self,
+        token: T,
+        entry: Entry,
+        numbers: FewNumbers,
+        stack: &mut [Entry; STACK],
+        base: usize,
+    ) {
+        let Some(Apart { origins: [x, y, z], .. }) = &self.apart else { return };
+        let (mut left, mut count) = ([0; FewNumbers::MOST], 0);
+        for i in numbers {
+            if i < N && count < FewNumbers::MOST && entry.near <= self.rays.t_max[i] {
+                left[count] = i;
+                count += 1;
+                self.stale |= 1 << (i / group_size(N));
             }
         }
-        self.stale |= groups;
+        let (left, child, axis) = (&left[..count], entry.child, Some(self.frusta.axis()));
+        if left.is_empty() {
+            return;
+        }
+        let (tree, rays, sink) = (self.tree, &mut *self.rays, &mut *self.sink);
+        if child.is_leaf()
+            && tree.leaves().few::<T, N, COMMON_ORIGIN, S>(token, child.leaf_range(), rays, sink, left, axis)
+        {
+            return;
+        }
+        for &i in left {
+            let ray = OneRay::of(rays, i, padded_origin(rays, [x[i], y[i], z[i]], i));
+            let (hit, stack) = (sink.single(rays, i), &mut *stack);
+            let found = if S::ANY {
+                token.run(TraceSingle::<_, true> { tree, ray, hit, child, stack, base })
+            } else {
+                token.run(TraceSingle::<_, false> { tree, ray, hit, child, stack, base })
+            };
+            sink.set(rays, i, found);
+        }
     }
 }

@@ -90,7 +90,7 @@ impl<T: Token, B: Tree, const ANY: bool> SingleWalk<'_, T, B, ANY> {
                 let Some(node) = self.tree.node(child.index(), &mut room) else { return };
                 child = self.nearest(node, stack, &mut top);
             }
-            self.tree.leaves().single::<T, ANY>(self.token, child.leaf_range(), &mut self.ray, &mut self.hit);
+            self.tree.leaves().single::<T, ANY>(self.token, child.leaf_range(), &mut self.ray.ray, &mut self.hit);
             if ANY && self.hit.found.hit {
                 return;
             }

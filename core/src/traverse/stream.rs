@@ -20,6 +20,12 @@ const fn few(lanes: usize, any: bool) -> u32 {
     (if any { 48 } else { 96 }) / lanes as u32
 }
 
+/// So few rays that come to a leaf are tested there together: see [`Leaf::few`]. With fewer lanes than eight one ray is a vector, and
+/// single rays are as fast.
+const fn at_leaf(lanes: usize) -> usize {
+    if lanes < 8 { 0 } else { 16 }
+}
+
 /// Those of a mask in the vector from `at`.
 #[inline(always)]
 fn part<T: Token>(rays: u64, at: usize) -> u32 {
@@ -71,6 +77,9 @@ impl<const W: usize, B: Tree, S: Sink<W>> StreamWalk<'_, W, B, S> {
                     let Some(node) = self.tree.node(entry.child.index(), &mut room) else { return };
                     entry = self.nearest(token, node, entry.rays, &mut nears, stack, &mut top);
                 }
+                if self.tested_few(token, entry) {
+                    continue;
+                }
                 if entry.rays.count_ones() > few(T::LANES, S::ANY) {
                     self.tree.leaves().stream(token, entry.child.leaf_range(), self.rays, self.sink, entry.rays);
                 } else {
@@ -78,6 +87,23 @@ impl<const W: usize, B: Tree, S: Sink<W>> StreamWalk<'_, W, B, S> {
                 }
             }
         }
+    }
+
+    /// Tests the rays of an entry together with a leaf, if they are few and it is one, and says so.
+    #[inline(always)]
+    fn tested_few<T: Token>(&mut self, token: T, entry: Entry) -> bool {
+        let mut numbers = [0; 16];
+        let count = entry.rays.count_ones() as usize;
+        if !entry.child.is_leaf() || count > at_leaf(T::LANES) {
+            return false;
+        }
+        let mut left = entry.rays;
+        for number in &mut numbers[..count] {
+            *number = left.trailing_zeros() as usize;
+            left &= left.wrapping_sub(1);
+        }
+        let (leaf, numbers) = (entry.child.leaf_range(), &numbers[..count]);
+        self.tree.leaves().few::<T, W, false, S>(token, leaf, self.rays, self.sink, numbers, None)
     }
 
     /// Which rays may still hit something from `near` on.

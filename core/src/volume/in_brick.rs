@@ -10,10 +10,10 @@ use super::cells::Cells;
 use super::iso::IsoTree;
 use crate::Rays;
 use crate::kernel::cell_walk::{CellWalk, RayLanes};
+use crate::kernel::few::FewRays;
 use crate::kernel::frusta::Frusta;
 use crate::kernel::groups::{GROUPS, group_size};
 use crate::kernel::iso_cell::{FieldAlong, field_along, iso_cell};
-use crate::kernel::single::SingleRay;
 use crate::leaf::Leaf;
 use crate::sink::{SingleHit, Sink};
 use crate::vector::load3;
@@ -292,11 +292,11 @@ impl Leaf for IsoTree<'_> {
         &self,
         token: T,
         leaf: Range<usize>,
-        ray: &mut SingleRay<T>,
+        ray: &mut FewRays<T>,
         hit: &mut SingleHit<'_>,
     ) {
         let Some(place) = self.place(leaf) else { return };
-        let SingleRay { origin, direction, inverse, t_min, .. } = *ray;
+        let FewRays { origin, direction, inverse, t_min, .. } = *ray;
         let lanes = RayLanes { origin, direction, inverse, t_min };
         let (met, samples) = met(token, &place, &lanes, ray.t_max);
         if samples == 0 {

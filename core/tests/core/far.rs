@@ -6,8 +6,8 @@ use std::cell::Cell;
 use bytemuck::Zeroable;
 use mobula_core::bvh::{Bvh, Quality, Serial};
 use mobula_core::glam::Vec3;
+use mobula_core::kernel::few::FewRays;
 use mobula_core::kernel::group_shears::GroupShears;
-use mobula_core::kernel::single::SingleRay;
 use mobula_core::leaf::{BLOCK, Block, Bounds, TriangleBlock};
 use mobula_core::simd::{AnyToken, Token};
 use mobula_core::{Properties, RayPacket, Rays};
@@ -73,9 +73,9 @@ impl Block for Counting {
         TriangleBlock::test::<T, N, COMMON_ORIGIN, OWN_AXES>(token, prepared, i, axis, rays, at, among)
     }
 
-    fn test_single<T: Token>(&self, token: T, ray: &SingleRay<T>, i: usize) -> (T::Mask, T::F32) {
+    fn test_few<T: Token>(&self, token: T, rays: &FewRays<T>, i: usize) -> (T::Mask, T::F32) {
         count();
-        self.0.test_single(token, ray, i)
+        self.0.test_few(token, rays, i)
     }
 }
 
@@ -180,7 +180,8 @@ fn one_of_two_apart_costs_no_more_than_alone() {
     let alone = ball(Vec3::ZERO, round);
     let both = [alone.clone(), ball(offset, round)].concat();
     for around in [Vec3::ZERO, offset] {
-        // The curve has fewer cells for each.
-        is_no_dearer(&format!("two, at {around}"), &alone, &both, around, 2.0);
+        // The curve has fewer cells for each. Rays are counted by fours where few come to a leaf, and so hardly share a test: this
+        // is what they need, where whole vectors that others fill hid a part of it.
+        is_no_dearer(&format!("two, at {around}"), &alone, &both, around, 2.2);
     }
 }

@@ -143,6 +143,48 @@ proptest! {
     }
 }
 
+/// A ray of a tile, 16 rays wide, at a model of which a few pixels are to be seen: from one point or parallel.
+fn far_ray(i: usize, parallel: bool, pixels: f32, scale: f32, offset: Vec3) -> (Vec3, Vec3) {
+    let target = Vec3::new((i % 16) as f32 - 7.4, (i / 16) as f32 - 7.4, 0.0) * (2.0 / pixels);
+    let eye = Vec3::new(5.0, 9.0, 40.0) + if parallel { target } else { Vec3::ZERO };
+    (eye * scale + offset, (target - eye) * scale)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+
+    #[test]
+    fn what_is_smaller_than_the_distance_of_rays_is_found_through_the_tree_as_without(
+        seed in any::<u64>(),
+        shape in prop::sample::select(SHAPES.to_vec()),
+        count in prop::sample::select(vec![1usize, 5, 33, 400]),
+        parallel in any::<bool>(),
+        pixels in prop::sample::select(vec![0.3f32, 1.0, 4.0, 12.0, 50.0]),
+        scale in prop::sample::select(vec![1.0f32, 1.0, 1e-6, 1e6]),
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::ZERO, Vec3::new(30.0, -10.0, 20.0), Vec3::splat(1e4)]),
+    ) {
+        let mut random = Random(seed);
+        let offset = offset * scale;
+        let triangles = shape.triangles(count, scale, offset, &mut random);
+        let bvh = Bvh::<TriangleBlock>::triangles(count, 0, &Serial, |i| triangles[i]);
+        let context = format!("far {shape:?} {count} {pixels} pixels, parallel: {parallel}");
+        let ray = |i, _: &mut Random| far_ray(i, parallel, pixels, scale, offset);
+        agree(&bvh, &packet::<7>(&mut random, !parallel, ray), &context);
+        agree(&bvh, &packet::<16>(&mut random, !parallel, ray), &context);
+        let usual = packet::<64>(&mut random, !parallel, ray);
+        agree(&bvh, &usual, &context);
+        agree_any(&bvh, &usual, &context);
+        let wide = packet::<300>(&mut random, !parallel, ray);
+        agree(&bvh, &wide, &context);
+        agree_any(&bvh, &wide, &context);
+        let spheres: Vec<[f32; 4]> =
+            triangles.iter().map(|&[[x, y, z], ..]| [x, y, z, 0.1 * scale * random.unit()]).collect();
+        let bvh = Bvh::<SphereBlock>::spheres(count, 0, &Serial, |i| spheres[i]);
+        agree(&bvh, &usual, &context);
+        agree_any(&bvh, &usual, &context);
+    }
+}
+
 /// One triangle among others, so that there are boxes to be lost behind.
 fn with_neighbours(triangle: Triangle) -> Bvh<TriangleBlock> {
     let mut random = Random(3);

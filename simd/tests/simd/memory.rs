@@ -194,6 +194,29 @@ fn gather(token: AnyToken) {
     token.twin().run(Gathers);
 }
 
+struct Repeats;
+
+impl Task for Repeats {
+    type Output = ();
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let four: [f32; 4] = std::array::from_fn(|i| f32::from_bits(element(i)));
+        for at in 0..4 {
+            let mut out = [0; 16];
+            token.repeat(&four, at).to_bits().store(&mut out, 0);
+            for (lane, &got) in out[..T::LANES].iter().enumerate() {
+                let expected = element(if T::LANES == 1 { at } else { lane % 4 });
+                assert_eq!(got, expected, "lane {lane} at {at}");
+            }
+        }
+    }
+}
+
+fn repeat(token: AnyToken) {
+    token.run(Repeats);
+    token.twin().run(Repeats);
+}
+
 struct Lookups;
 
 impl Task for Lookups {
@@ -252,4 +275,15 @@ fn rows_and_sets(token: AnyToken) {
     token.twin().run(Rows);
 }
 
-at_every_level!(rows_and_sets, lookup, load, load_masked, store, store_masked, i32_store, i32_store_masked, gather);
+at_every_level!(
+    rows_and_sets,
+    lookup,
+    repeat,
+    load,
+    load_masked,
+    store,
+    store_masked,
+    i32_store,
+    i32_store_masked,
+    gather
+);

@@ -11,7 +11,7 @@ pub mod traversal;
 pub mod triangle;
 
 use super::find::{ANY, CLOSEST, Find};
-use super::leaves::{COMMON_ORIGIN, Leaves, PACKET, PARALLEL, SINGLE, STREAM};
+use super::leaves::{COMMON_ORIGIN, FEW, Leaves, PACKET, PARALLEL, SINGLE, STREAM};
 use crate::leaf::{SphereBlock, TriangleBlock};
 use iso_brick::IsoBrick;
 use iso_cell::IsoCell;
@@ -25,6 +25,7 @@ crate::kernels! {
     triangle {
         stream: Leaves<TriangleBlock, STREAM>,
         single: Leaves<TriangleBlock, SINGLE>,
+        few: Leaves<TriangleBlock, FEW>,
         packet: Leaves<TriangleBlock, PACKET>,
         packet_parallel: Leaves<TriangleBlock, PARALLEL>,
         packet_common_origin: Leaves<TriangleBlock, COMMON_ORIGIN>,
@@ -34,6 +35,7 @@ crate::kernels! {
         stream: Leaves<SphereBlock, STREAM>,
         stream_unit: Leaves<SphereBlock, STREAM, CLOSEST, true>,
         single: Leaves<SphereBlock, SINGLE>,
+        few: Leaves<SphereBlock, FEW>,
         packet: Leaves<SphereBlock, PACKET>,
         packet_common_origin: Leaves<SphereBlock, COMMON_ORIGIN>,
         packet_common_origin_unit: Leaves<SphereBlock, COMMON_ORIGIN, CLOSEST, true>,
