@@ -255,6 +255,7 @@ impl<L: Blocks> Leaf for L {
             if shown & ALL == 0 {
                 continue;
             }
+            let ids = block.ids(number);
             for numbers in numbers.chunks(FewRays::<T>::COUNT) {
                 let few = FewRays::<T>::of::<N, COMMON_ORIGIN>(token, rays, numbers, axis);
                 let (hits, t) = block.test_few(token, &few, 0);
@@ -273,7 +274,7 @@ impl<L: Blocks> Leaf for L {
                     while hits != 0 {
                         let i = hits.trailing_zeros() as usize % BLOCK;
                         hits &= hits - 1;
-                        let (t, id) = (distance[(BLOCK * k + i) % 16], block.ids()[i]);
+                        let (t, id) = (distance[(BLOCK * k + i) % 16], ids[i]);
                         if !S::ANY {
                             hit.closest(t, id);
                         } else if hit.any(t, id) {
