@@ -103,6 +103,8 @@ impl<B: Block> Blocks for Vec<B> {
 }
 
 impl<L: Blocks> Leaf for L {
+    const TESTS_FEW: bool = true;
+
     #[inline(always)]
     fn packet<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
         &self,

@@ -29,6 +29,9 @@ use crate::sink::{SingleHit, Sink};
 /// All tests must accept the same hits, at the same distances, bit for bit, and lose no hit that lies in the bounds that the
 /// tree was built with, widened by the [margin](crate::kernel::margin). A range that is not there holds nothing.
 pub trait Leaf: Send + Sync {
+    /// Is there a test of a few rays together, [`few`](Self::few)?
+    const TESTS_FEW: bool = false;
+
     /// Tests a leaf against the rays of `groups`, which travel together; `COMMON_ORIGIN` says that all start at one point.
     /// Returns the groups whose intervals changed.
     fn packet<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(

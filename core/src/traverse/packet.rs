@@ -254,7 +254,8 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
                 if groups == 0 {
                     continue;
                 }
-                if groups == meeting && count <= if child.is_leaf() { AT_LEAF } else { SINGLE_RAYS } {
+                let few = if B::Leaves::TESTS_FEW && child.is_leaf() { AT_LEAF } else { SINGLE_RAYS };
+                if groups == meeting && count <= few {
                     self.tree.prefetch(child);
                     let rays = FewNumbers::of(&self.lanes[..N.div_ceil(64)]);
                     children.wait(Entry { child, near, rays }, !S::ANY);
