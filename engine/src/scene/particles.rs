@@ -172,7 +172,12 @@ pub(crate) fn color_map(
     let range = match (&map, range) {
         (_, Some(range)) => range,
         (Map::Elements, None) => [0.0, 118.0],
-        _ => all(),
+        (Map::Labels, None) => all(),
+        _ => match all() {
+            // Of a single value: it is the least, and there is room above.
+            [low, high] if low == high => [low, low + (low.abs() * 1e-3).max(1.0)],
+            range => range,
+        },
     };
     let function = match map {
         Map::Preset(preset) => Arc::new(preset.function(range.map(f64::from))),
