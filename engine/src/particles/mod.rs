@@ -76,14 +76,14 @@ impl ParticleStep {
         radius.into_iter().chain(attributes).collect()
     }
 
-    /// About the bytes that it takes once rays can find it: a fifth more than its numbers, and 8 bytes a particle.
+    /// About the bytes that it takes once rays can find it: a fifth more than its numbers, and 4 bytes a particle.
     pub fn bytes_shown(&self) -> u64 {
         let values = self.attributes.iter().map(|attribute| match &attribute.values {
             Values::F32(values) => size_of_val(&**values),
             Values::U8(values) => values.len(),
         });
         let numbers = values.sum::<usize>() + 16 * self.centers.len();
-        (numbers + numbers / 5 + 8 * self.centers.len()) as u64
+        (numbers + numbers / 5 + 4 * self.centers.len()) as u64
     }
 
     /// The names of what each particle has, in alphabetical order.

@@ -14,7 +14,7 @@ use crate::particles::{Attribute, ParticleStep, Particles};
 /// So many particles show how far all reach, before they are repeated.
 const SAMPLE: usize = 10_000;
 
-/// The steps of particles: those in memory that fit into it, others are made when they are wanted.
+/// The steps of particles: those in memory that fit into it, among them the one that is shown; others are made when they are wanted.
 pub(super) fn series(all: Particles, maker: Maker, shown: usize, memory: u64) -> Result<CloudSeries, ParticleError> {
     let Particles { steps, source, .. } = all;
     let mut clouds = Vec::with_capacity(steps.len());
@@ -25,12 +25,7 @@ pub(super) fn series(all: Particles, maker: Maker, shown: usize, memory: u64) ->
             clouds.push(None);
             continue;
         }
-        let step = match (step, &source) {
-            (Some(step), _) => Arc::unwrap_or_clone(step),
-            (None, Some(source)) => source.read(at).map_err(ParticleError::Read)?,
-            (None, None) => ParticleStep::default(),
-        };
-        let cloud = maker.cloud_of(step)?;
+        let cloud = maker.cloud_of(Arc::unwrap_or_clone(step.unwrap_or_default()))?;
         bytes += cloud.bytes() as u64;
         clouds.push(Some(Arc::new(cloud)));
     }

@@ -9,6 +9,7 @@
 //! | `navigation` | mouse movements as movements of the view |
 //! | `keys` | what each key does |
 //! | `viewer` | the event loop's handler |
+//! | `open` | the window once it is open, and how pictures come into it |
 //! | `volumes` | how what volumes are shown as is changed |
 //! | `particles` | which particles are shown, and in which colours |
 //! | `strips` | pictures that are too large for one request of X11 |
@@ -19,6 +20,7 @@ mod connection;
 mod keys;
 mod navigation;
 mod news;
+mod open;
 mod particles;
 mod screen;
 mod strips;

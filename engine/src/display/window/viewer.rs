@@ -1,26 +1,24 @@
 //! The event loop's handler: input becomes transactions, pictures become pixels on the screen.
 
 use std::io::Write;
-use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use softbuffer::{Context, SoftBufferError, Surface};
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow, OwnedDisplayHandle};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
 use super::keys::{Action, HELP, action};
 use super::navigation::{Drag, dolly};
 use super::news::{News, Titles, WindowError, tell, without_place};
+use super::open::Open;
 use super::particles::{ParticleControls, legend_of};
 use super::screen::{Screen, Screenshot};
-use super::strips::Strips;
 use super::volumes::VolumeControls;
 use crate::app::{Chosen, Settings, State};
 use crate::balance::BalancerKind;
@@ -62,14 +60,6 @@ pub(super) struct Viewer {
     title_set: Option<Instant>,
     open: Option<Open>,
     problem: Option<WindowError>,
-}
-
-/// The window once it is open.
-struct Open {
-    window: Rc<Window>,
-    surface: Surface<OwnedDisplayHandle, Rc<Window>>,
-    /// Who draws what the surface cannot.
-    strips: Option<Strips>,
 }
 
 impl Viewer {
@@ -120,10 +110,8 @@ impl Viewer {
         let size = PhysicalSize::new(self.size.width() as u32, self.size.height() as u32);
         let attributes = Window::default_attributes().with_title("mobula").with_inner_size(size);
         let window = Rc::new(events.create_window(attributes).map_err(|error| without_place(&error))?);
-        let context = Context::new(events.owned_display_handle()).map_err(|error| error.to_string())?;
-        let surface = Surface::new(&context, Rc::clone(&window)).map_err(|error| error.to_string())?;
         let inner = window.inner_size();
-        self.open = Some(Open { window, surface, strips: None });
+        self.open = Some(Open::new(window, events.owned_display_handle())?);
         self.resize(inner);
         Ok(())
     }
@@ -365,25 +353,9 @@ impl Viewer {
         self.title_soon();
     }
 
-    /// Draws the newest picture, enlarged or shrunk while the pipeline has not caught up with the window's size.
+    /// Draws the newest picture.
     fn draw(&mut self) -> Result<(), String> {
-        let Some(Open { window, surface, strips }) = &mut self.open else { return Ok(()) };
-        let PhysicalSize { width, height } = window.inner_size();
-        let (Some(width), Some(height)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
-            return Ok(());
-        };
-        let (screen, size) = (&self.screen, [width, height].map(|side| side.get() as usize));
-        window.pre_present_notify();
-        if strips.is_none() {
-            let Err(problem) = draw_at_once(surface, [width, height], screen) else { return Ok(()) };
-            *strips = Strips::new(window);
-            if strips.as_ref().is_none_or(|strips| strips.fits(size)) {
-                return Err(problem.to_string());
-            }
-        }
-        // The picture is locked row by row: it takes its time to be sent.
-        let fill = |y: usize, row: &mut [u32]| screen.lock().fill_row(size, y, row);
-        strips.as_mut().map_or(Ok(()), |strips| strips.draw(size, &fill))
+        self.open.as_mut().map_or(Ok(()), |open| open.draw(&self.screen))
     }
 
     /// Sets the title when enough time has passed since the last time.
@@ -421,22 +393,6 @@ impl Viewer {
 /// What a scene file with a number is called.
 fn saved_name(number: u32) -> PathBuf {
     PathBuf::from(format!("mobula-{number:04}.toml"))
-}
-
-fn draw_at_once(
-    surface: &mut Surface<OwnedDisplayHandle, Rc<Window>>,
-    [width, height]: [NonZeroU32; 2],
-    screen: &Screen,
-) -> Result<(), SoftBufferError> {
-    surface.resize(width, height)?;
-    let mut target = surface.buffer_mut()?;
-    let size = [width, height].map(|side| side.get() as usize);
-    let shared = screen.lock();
-    for (y, row) in target.chunks_exact_mut(size[0]).enumerate() {
-        shared.fill_row(size, y, row);
-    }
-    drop(shared);
-    target.present()
 }
 
 impl ApplicationHandler<News> for Viewer {
