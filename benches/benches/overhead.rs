@@ -19,10 +19,10 @@ use mobula::renderer::RendererKind;
 use mobula::sampler::morton::for_each_piece;
 use mobula::scene::SceneDescription;
 use mobula::stack::Fragment;
+use mobula::tone::Tone;
 use mobula::traverse::TileSize;
-use mobula::{generate, load};
 use mobula_benches::clock;
-use mobula_benches::scenes::VIEWS;
+use mobula_benches::scenes::{self, VIEWS};
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::leaf::{Block, TriangleBlock};
 use mobula_core::rays::set_vec3;
@@ -147,7 +147,13 @@ impl Bare {
                         }
                         set_vec3(&mut colors, i, color.into());
                     }
-                    to_pixels(self.token, colors.each_ref().map(|column| &column[..]), pixels.len(), &mut shown);
+                    to_pixels(
+                        self.token,
+                        Tone::default(),
+                        colors.each_ref().map(|column| &column[..]),
+                        pixels.len(),
+                        &mut shown,
+                    );
                     for (&[x, y], &color) in pixels.iter().zip(&shown) {
                         self.picture[y as usize * self.side + x as usize] = color;
                     }
@@ -160,11 +166,7 @@ impl Bare {
 
 fn describe(name: &str, data: &std::path::Path) -> Result<(SceneDescription, View), String> {
     let view = VIEWS.iter().find(|view| view.name == name).ok_or_else(|| format!("no scene {name}"))?;
-    let scene = if view.source.starts_with(generate::PREFIX) {
-        generate::generate(view.source).ok_or_else(|| format!("no generator {}", view.source))?
-    } else {
-        load::load(&data.join(view.source)).map_err(|error| error.to_string())?.scene
-    };
+    let scene = scenes::scene(view.source, data)?;
     let fov = 2.0 * view.tangent.atan().to_degrees();
     Ok((scene, View { eye: view.eye.into(), at: view.at.into(), up: view.up.into(), fov }))
 }

@@ -345,17 +345,6 @@ impl Triangles {
         self.indices[i].map(|corner| self.positions[corner as usize])
     }
 
-    /// Moves a corner of one triangle, not those that it shared it with.
-    fn stray(&mut self, to: [f32; 3]) {
-        let middle = self.indices.len() / 2;
-        self.indices[middle][0] = self.positions.len() as u32 - 1;
-        self.positions.insert(self.positions.len() - 1, to);
-    }
-
-    fn move_by(&mut self, by: [f32; 3]) {
-        self.positions.iter_mut().for_each(|position| (0..3).for_each(|axis| position[axis] += by[axis]));
-    }
-
     fn add(&mut self, mesh: &Mesh) {
         let first = self.positions.len() as u32;
         self.positions.extend(&mesh.positions);
@@ -375,7 +364,39 @@ pub fn scene(source: &str, data: &Path) -> Result<SceneDescription, String> {
     if !file.exists() {
         return Err(format!("there is no {source} in the data folder (say where with --data)"));
     }
-    load::load(&file).map(|loaded| loaded.scene).map_err(|error| error.to_string())
+    // With facets, as peers have them, and so that records of different dates are of the same picture.
+    let options = load::Options { smooth: Some(0.0), ..load::Options::default() };
+    load::load_with(&file, &options).map(|loaded| loaded.scene).map_err(|error| error.to_string())
+}
+
+/// The scene of a view, with what is far away where the view has it.
+///
+/// # Errors
+/// Why it is not there.
+pub fn seen(view: &View, data: &Path) -> Result<SceneDescription, String> {
+    let mut scene = scene(view.source, data)?;
+    for geometry in &mut scene.geometry {
+        let Some(mesh) = geometry.downcast_ref::<Mesh>() else { continue };
+        match view.far {
+            Far::Nothing => {}
+            Far::Corner(corner) => *geometry = Arc::new(stray(mesh.clone(), corner)),
+            Far::All(by) => *geometry = Arc::new(moved(mesh.clone(), by)),
+        }
+    }
+    Ok(scene)
+}
+
+/// Moves a corner of one triangle, not those that it shared it with.
+fn stray(mut mesh: Mesh, to: [f32; 3]) -> Mesh {
+    let middle = mesh.triangles.len() / 2;
+    mesh.triangles[middle][0] = mesh.positions.len() as u32;
+    mesh.positions.push(to);
+    mesh
+}
+
+fn moved(mut mesh: Mesh, by: [f32; 3]) -> Mesh {
+    mesh.positions.iter_mut().for_each(|position| (0..3).for_each(|axis| position[axis] += by[axis]));
+    mesh
 }
 
 /// What a view shows: spheres, or the triangles.
@@ -383,13 +404,5 @@ pub fn scene(source: &str, data: &Path) -> Result<SceneDescription, String> {
 /// # Errors
 /// Why it is not there.
 pub fn primitives(view: &View, data: &Path) -> Result<Primitives, String> {
-    let mut primitives = Primitives::of(&scene(view.source, data)?);
-    if let Primitives::Triangles(triangles) = &mut primitives {
-        match view.far {
-            Far::Nothing => {}
-            Far::Corner(corner) => triangles.stray(corner),
-            Far::All(by) => triangles.move_by(by),
-        }
-    }
-    Ok(primitives)
+    seen(view, data).map(|scene| Primitives::of(&scene))
 }

@@ -91,23 +91,6 @@ impl<const N: usize> Rays<N> {
         (self.begin, self.end) = (range.start, range.end);
     }
 
-    /// Copies the `W` rays from `at`, with all that was derived from them; the active ones of them are active.
-    #[inline(always)]
-    pub(crate) fn section<const W: usize>(&self, at: usize, copy: &mut Rays<W>) {
-        let rows = W.min(N - at);
-        for axis in 0..3 {
-            copy_rows(&self.origin[axis], at, rows, &mut copy.origin[axis]);
-            copy_rows(&self.direction[axis], at, rows, &mut copy.direction[axis]);
-            copy_rows(&self.inverse[axis], at, rows, &mut copy.inverse[axis]);
-            copy_rows(&self.shear[axis], at, rows, &mut copy.shear[axis]);
-        }
-        copy_rows(&self.t_min, at, rows, &mut copy.t_min);
-        copy_rows(&self.t_max, at, rows, &mut copy.t_max);
-        copy_rows(&self.axis, at, rows, &mut copy.axis);
-        (copy.begin, copy.end) = (self.begin.clamp(at, at + rows) - at, self.end.clamp(at, at + rows) - at);
-        copy.properties = self.properties;
-    }
-
     /// What is known of all rays.
     #[inline(always)]
     pub fn properties(&self) -> Properties {
@@ -371,21 +354,6 @@ impl<const N: usize> Rays<N> {
 fn dominant_axis(d: Vec3) -> usize {
     let size = d.abs();
     if size.z > size.x && size.z > size.y { 2 } else { usize::from(size.y > size.x) }
-}
-
-/// Copies the rows from `at` to the start of another column.
-#[inline(always)]
-fn copy_rows<T: Copy, const N: usize, const W: usize>(
-    from: &Column<T, N>,
-    at: usize,
-    rows: usize,
-    to: &mut Column<T, W>,
-) {
-    match from[at..].first_chunk() {
-        // Of a length that is known.
-        Some(all) => to.0 = *all,
-        None => to[..rows].copy_from_slice(&from[at..at + rows]),
-    }
 }
 
 /// Row `i` of three columns.

@@ -22,11 +22,6 @@ pub trait Sink<const N: usize> {
     /// Is any hit enough?
     const ANY: bool;
 
-    /// A sink of `W` rays that are copied out of the packet.
-    type Section<'a, const W: usize>: Sink<W>
-    where
-        Self: 'a;
-
     /// Takes the lanes `hit` of the rays from `at`; says whether the interval of any of them changed.
     fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool;
 
@@ -35,25 +30,15 @@ pub trait Sink<const N: usize> {
         true
     }
 
-    /// The id of ray `i`'s hit so far.
-    fn id(&self, i: usize) -> u32;
-
     /// For ray `i` when it is traced as a single ray.
     fn single(&self, rays: &Rays<N>, i: usize) -> SingleHit<'_>;
 
     /// Takes what ray `i` has found as a single ray.
     fn set(&mut self, rays: &mut Rays<N>, i: usize, found: Found);
-
-    /// For copies of the rays from `at`.
-    fn section<const W: usize>(&mut self, at: usize) -> Self::Section<'_, W>;
-
-    /// Takes the far ends and the ids of the lanes `mask` of the rays from `at` from their copies.
-    fn merge<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, mask: T::Mask, t_max: T::F32, ids: T::I32);
 }
 
 impl<const N: usize> Sink<N> for Hits<N> {
     const ANY: bool = false;
-    type Section<'a, const W: usize> = Hits<W>;
 
     #[inline(always)]
     fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool {
@@ -64,11 +49,6 @@ impl<const N: usize> Sink<N> for Hits<N> {
         t.store_masked(&mut rays.t_max[..], at, better);
         id.store_masked(&mut self.primitive[..], at, better);
         better.any()
-    }
-
-    #[inline(always)]
-    fn id(&self, i: usize) -> u32 {
-        self.primitive[i]
     }
 
     #[inline(always)]
@@ -84,40 +64,25 @@ impl<const N: usize> Sink<N> for Hits<N> {
             self.primitive[i] = found.id;
         }
     }
-
-    #[inline(always)]
-    fn section<const W: usize>(&mut self, at: usize) -> Hits<W> {
-        let mut section = Hits::default();
-        let rows = W.min(N - at);
-        section.primitive[..rows].copy_from_slice(&self.primitive[at..at + rows]);
-        section
-    }
-
-    #[inline(always)]
-    fn merge<T: Token>(&mut self, _token: T, rays: &mut Rays<N>, at: usize, mask: T::Mask, t_max: T::F32, ids: T::I32) {
-        t_max.store_masked(&mut rays.t_max[..], at, mask);
-        ids.store_masked(&mut self.primitive[..], at, mask);
-    }
 }
 
 /// The sink of any-hit packets: a hit sets the far end of a ray to `-inf`, where primitives have an [`Opacity`] once the ray
 /// has met enough of them.
 pub struct AnyHit<'a> {
     opacity: Option<&'a dyn Opacity>,
-    /// The optical depth of each ray from `first`; empty without an opacity.
+    /// The optical depth of each ray; empty without an opacity.
     depth: &'a mut [u32],
-    first: usize,
 }
 
 impl<'a> AnyHit<'a> {
     /// Any hit stops a ray.
     pub fn opaque() -> Self {
-        Self { opacity: None, depth: &mut [], first: 0 }
+        Self { opacity: None, depth: &mut [] }
     }
 
     /// Hits add to `depth`, a row a ray, until it is [`OPAQUE`].
     pub fn transparent(opacity: &'a dyn Opacity, depth: &'a mut [u32]) -> Self {
-        Self { opacity: Some(opacity), depth, first: 0 }
+        Self { opacity: Some(opacity), depth }
     }
 
     /// Adds the depth of each hit; says which rays have met enough.
@@ -129,7 +94,7 @@ impl<'a> AnyHit<'a> {
             let lane = left.trailing_zeros() as usize % 16;
             left &= left - 1;
             if let Some(depth) = self.depth.get_mut(at + lane) {
-                *depth = add(*depth, opacity.depth(self.first + at + lane, id, t[lane]));
+                *depth = add(*depth, opacity.depth(at + lane, id, t[lane]));
                 stopped |= u32::from(*depth == OPAQUE) << lane;
             }
         }
@@ -145,10 +110,6 @@ fn add(a: u32, b: u32) -> u32 {
 
 impl<const N: usize> Sink<N> for AnyHit<'_> {
     const ANY: bool = true;
-    type Section<'b, const W: usize>
-        = AnyHit<'b>
-    where
-        Self: 'b;
 
     #[inline(always)]
     fn record<T: Token>(&mut self, token: T, rays: &mut Rays<N>, at: usize, hit: T::Mask, t: T::F32, id: u32) -> bool {
@@ -168,15 +129,10 @@ impl<const N: usize> Sink<N> for AnyHit<'_> {
     }
 
     #[inline(always)]
-    fn id(&self, _i: usize) -> u32 {
-        NO_HIT
-    }
-
-    #[inline(always)]
     fn single(&self, rays: &Rays<N>, i: usize) -> SingleHit<'_> {
         let depth = self.depth.get(i).copied().unwrap_or(0);
         let found = Found { hit: false, t_max: rays.t_max[i], id: NO_HIT, depth };
-        SingleHit { found, ray: self.first + i, opacity: self.opacity }
+        SingleHit { found, ray: i, opacity: self.opacity }
     }
 
     #[inline(always)]
@@ -187,25 +143,6 @@ impl<const N: usize> Sink<N> for AnyHit<'_> {
         if let Some(depth) = self.depth.get_mut(i) {
             *depth = found.depth;
         }
-    }
-
-    #[inline(always)]
-    fn section<const W: usize>(&mut self, at: usize) -> AnyHit<'_> {
-        let depth = self.depth.get_mut(at..).unwrap_or_default();
-        AnyHit { opacity: self.opacity, depth, first: self.first + at }
-    }
-
-    #[inline(always)]
-    fn merge<T: Token>(
-        &mut self,
-        _token: T,
-        rays: &mut Rays<N>,
-        at: usize,
-        mask: T::Mask,
-        t_max: T::F32,
-        _ids: T::I32,
-    ) {
-        t_max.store_masked(&mut rays.t_max[..], at, mask);
     }
 }
 

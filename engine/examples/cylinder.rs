@@ -119,15 +119,13 @@ impl Geometry for Cylinders {
 }
 
 impl Surface for Cylinders {
-    fn geometric_normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
+    fn geometric_normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3], error_scales: &mut [f32]) {
         for (i, &k) in hits.primitives.iter().enumerate() {
-            let [x, _, z, _, radius] = self.0[k as usize];
+            let [x, _, z, top, radius] = self.0[k as usize];
             let from_axis = hits.position(i) - Vec3::new(x, 0.0, z);
             set_vec3(&mut out, i, Vec3::new(from_axis.x, 0.0, from_axis.z) / radius);
+            error_scales[i] = top.max(radius);
         }
-    }
-    fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
-        hits.primitives.iter().zip(out).for_each(|(&k, out)| *out = self.0[k as usize][3].max(self.0[k as usize][4]));
     }
 }
 

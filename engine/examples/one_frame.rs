@@ -12,6 +12,7 @@ use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
 use mobula::scene;
 use mobula::stack::{Context, Fragment, Statistics};
+use mobula::tone::Tone;
 use mobula_simd::AnyToken;
 
 /// Rays in a packet.
@@ -30,7 +31,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let picture = FrameBuffer::new(width as usize, height as usize)?;
     let statistics = Statistics::default();
     let (token, renderer) = (AnyToken::detect(), &*renderer);
-    let context = Context { token, width: WIDTH, scene: &scene, renderer, statistics: &statistics, frame: 0 };
+    let context = Context {
+        token,
+        width: WIDTH,
+        scene: &scene,
+        renderer,
+        statistics: &statistics,
+        tone: Tone::default(),
+        frame: 0,
+    };
     let whole = Fragment { channel: 0, x0: 0, y0: 0, x1: width as usize, y1: height as usize, step: 1 };
     let start = std::time::Instant::now();
     sampler.render_fragment(&context, &camera, whole, &picture);

@@ -8,6 +8,9 @@ use mobula_core::simd::{AnyToken, F32Lanes, I32Lanes, Scalar, Task, Token};
 
 use glam::Vec3;
 
+use crate::lanes::load3;
+use crate::tone::Tone;
+
 /// Where the linear part ends.
 const LINEAR: f32 = 0.003_130_8;
 /// `255 (1.055 u^(5/3) - 0.055) + 0.5`, interpolated at the Chebyshev points of `LINEAR^(1/4)..=1`; highest power first.
@@ -41,9 +44,9 @@ pub fn to_pixel(linear: Vec3) -> u32 {
     pixel[0]
 }
 
-/// The pixels of the first `count` of some colours; what the others become is not said.
-pub fn to_pixels(token: AnyToken, colors: [&[f32]; 3], count: usize, out: &mut [u32]) {
-    token.run(ToPixels { colors, count, out });
+/// The pixels of the first `count` of some colours, as `tone` shows them; what the others become is not said.
+pub fn to_pixels(token: AnyToken, tone: Tone, colors: [&[f32]; 3], count: usize, out: &mut [u32]) {
+    token.run(ToPixels { tone, colors, count, out });
 }
 
 /// The linear colour that bytes on the sRGB curve stand for.
@@ -80,6 +83,7 @@ pub fn parse(text: &str) -> Option<Vec3> {
 }
 
 struct ToPixels<'a> {
+    tone: Tone,
     colors: [&'a [f32]; 3],
     count: usize,
     out: &'a mut [u32],
@@ -90,10 +94,9 @@ impl Task for ToPixels<'_> {
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let Self { colors, count, out } = self;
+        let Self { tone, colors, count, out } = self;
         for at in (0..count.min(out.len())).step_by(T::LANES) {
-            let channel = |k: usize| token.load(colors[k], at);
-            pixels(token, [channel(0), channel(1), channel(2)]).store(out, at);
+            pixels(token, tone.map(token, load3(token, &colors, at))).store(out, at);
         }
     }
 }
@@ -142,7 +145,7 @@ mod tests {
         }
         for token in AnyToken::available() {
             let mut out = [7; 256];
-            to_pixels(token, colors.each_ref().map(|column| &column[..]), 251, &mut out);
+            to_pixels(token, Tone::default(), colors.each_ref().map(|column| &column[..]), 251, &mut out);
             for i in 0..251 {
                 let one = to_pixel(Vec3::new(colors[0][i], colors[1][i], colors[2][i]));
                 assert_eq!(out[i], one, "{} {i}", token.level());

@@ -146,6 +146,20 @@ impl FrameBuffer {
         }
     }
 
+    /// Writes pixels wherever they are, by column and row; the shorter list ends it.
+    ///
+    /// # Panics
+    /// When one does not lie inside the picture.
+    #[inline]
+    pub fn set_each(&self, places: &[[u32; 2]], colours: &[u32]) {
+        let width = self.width();
+        for (&[x, y], &colour) in places.iter().zip(colours) {
+            assert!((x as usize) < width, "column {x} is outside a {} picture", self.size);
+            // Relaxed: ordered before the display by the pipeline's barrier.
+            self.pixels[y as usize * width + x as usize].store(colour, Ordering::Relaxed);
+        }
+    }
+
     /// Writes one pixel.
     ///
     /// # Panics

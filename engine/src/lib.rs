@@ -37,9 +37,10 @@
 //! | [`camera`] | rays from image coordinates |
 //! | [`material`] | what colours the rays that hit something |
 //! | [`light`], [`background`] | what reaches points; what colours the rays that hit nothing |
-//! | [`shading`] | what materials share: points to shade, shadows, rays that go on |
+//! | [`shading`] | how hits are coloured: what lights them, shadows, rays that go on |
 //! | [`medium`] | what is between surfaces |
 //! | [`stack`] | the traits of the rendering stack, and the scene that they meet |
+//! | [`lighting`] | points to light, and what arrives there |
 //! | [`geometry`] | what rays can hit, one file a kind; the structures that find hits |
 //! | `scratch` | packets and columns that a thread uses again |
 //! | [`packet`] | packets whose width is a number, and the table of widths |
@@ -54,7 +55,10 @@
 //! | [`color`] | from linear colours to bytes |
 //! | [`progress`] | how far long work has come |
 //! | [`view`] | where a camera stands and looks |
+//! | [`tone`] | from the light that arrives to what a screen can show |
 //! | [`choice`] | components that are chosen by name |
+//! | `lanes` | vectors of three, a lane a ray |
+//! | `sequence` | points that fill a square evenly, for what is chosen at random |
 //! | [`math`] | arithmetic whose bits depend on no platform |
 
 pub mod accel;
@@ -71,7 +75,9 @@ pub mod geometry;
 pub mod image;
 #[cfg(all(feature = "cli", feature = "kernels"))]
 pub mod kernels;
+mod lanes;
 pub mod light;
+pub mod lighting;
 pub mod load;
 pub mod material;
 pub mod math;
@@ -87,8 +93,10 @@ pub mod sampler;
 pub mod scale;
 pub mod scene;
 mod scratch;
+mod sequence;
 pub mod shading;
 pub mod stack;
+pub mod tone;
 pub mod traverse;
 pub mod view;
 pub mod volume;

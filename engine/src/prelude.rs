@@ -11,4 +11,4 @@ pub use crate::image::Size;
 pub use crate::packet::{Packet, SubPacket, set_vec3, vec3};
 pub use crate::pipeline::{Config, Display, DisplayStage, Handle, Picture, Pipeline, Shown, display};
 pub use crate::scene::{Scene, SceneDescription};
-pub use crate::stack::{Background, Camera, Context, Light, Material, PixelSampler, Renderer};
+pub use crate::stack::{Background, Camera, Context, Light, Lit, Material, PixelSampler, Renderer};

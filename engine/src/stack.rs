@@ -17,9 +17,10 @@ pub use mobula_core::volume::Segments;
 
 use crate::geometry::{Geometries, Translucent};
 use crate::image::FrameBuffer;
-use crate::packet::{AnyHitPacket, Column, Columns3, Packet, SubPacket, columns3, optical_depth};
+pub use crate::lighting::{Illumination, Lit};
+use crate::packet::{AnyHitPacket, Packet, SubPacket, optical_depth};
 use crate::pipeline::fault::scope;
-use crate::scratch::{ForWidth, lend};
+use crate::tone::Tone;
 pub use crate::traverse::Fragment;
 use crate::view::{Up, View};
 
@@ -37,6 +38,8 @@ pub struct Context<'a> {
     pub renderer: &'a dyn Renderer,
     /// This thread's counters.
     pub statistics: &'a Statistics,
+    /// How what arrives is shown.
+    pub tone: Tone,
     /// The number of the frame: samplers jitter by it. Keep it at 0 for pictures that must repeat.
     pub frame: u32,
 }
@@ -100,8 +103,13 @@ pub trait Renderer: Send + Sync {
 
 /// Colours hits.
 pub trait Material: Any + Debug + Send + Sync {
-    /// Writes the colour of every ray of the sub-packet: all hit this material.
-    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>);
+    /// Writes the colour of every ray of the sub-packet: all hit this material. `lit` is what reaches the hits from the scene's lights.
+    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>, lit: Lit<'_>);
+
+    /// Does light change it? If not, it is handed none, and none is looked for.
+    fn is_lit(&self) -> bool {
+        true
+    }
 
     /// One colour that stands for it, unlit: what a renderer without lights shows.
     fn base_color(&self) -> Vec3;
@@ -129,27 +137,11 @@ pub trait Background: Any + Debug + Send + Sync {
     fn shade(&self, context: &Context<'_>, misses: &mut SubPacket<'_>);
 }
 
-/// What reaches a set of points from a light: one row a point.
-#[derive(Clone, Debug)]
-pub struct Illumination {
-    /// Unit vectors from the points to the light.
-    pub direction: Columns3,
-    /// Radiance that arrives, linear RGB.
-    pub radiance: Columns3,
-    /// Distance to the light, infinite for a directional one.
-    pub distance: Column<f32>,
-}
-
-impl ForWidth for Illumination {
-    fn for_width(width: usize) -> Self {
-        Self { direction: columns3(width), radiance: columns3(width), distance: Column::new(width) }
-    }
-}
-
 /// Lights points.
 pub trait Light: Any + Debug + Send + Sync {
-    /// Fills a row of `out` for each of the points, as if nothing were in the way.
-    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination);
+    /// Fills a row of `out` for each of the points, as if nothing were in the way. What is in rows behind them is lost. The results are
+    /// the same at every level.
+    fn illuminate(&self, token: AnyToken, points: [&[f32]; 3], out: &mut Illumination);
 
     /// The point that all its light comes from, if there is one: shadow rays then start there and share an origin.
     fn position(&self) -> Option<Vec3>;
@@ -158,7 +150,8 @@ pub trait Light: Any + Debug + Send + Sync {
 /// Light that comes from everywhere, without shadows.
 pub trait AmbientLight: Any + Debug + Send + Sync {
     /// Fills a row of `out` with the radiance that a surface gets, for each of the unit `normals`. `up` points up.
-    fn illuminate(&self, up: Vec3, normals: [&[f32]; 3], out: [&mut [f32]; 3]);
+    /// The results are the same at every level.
+    fn illuminate(&self, token: AnyToken, up: Vec3, normals: [&[f32]; 3], out: [&mut [f32]; 3]);
 }
 
 /// What is between surfaces. What it says of a segment must depend on that segment alone, and be the same bits at every level of a numeric
@@ -234,6 +227,11 @@ impl Materials {
         Self { list, scopes, transparent: transparent(&depths), depths }
     }
 
+    /// What faults in the material of an index are called.
+    pub fn scope(&self, index: u32) -> &str {
+        &self.scopes[index.min(self.last()) as usize]
+    }
+
     /// The index of the default material.
     pub fn last(&self) -> u32 {
         (self.list.len() - 1) as u32
@@ -272,6 +270,22 @@ fn transparent(depths: &[u32]) -> Vec<u32> {
     (0..).zip(depths).filter(|(_, depth)| **depth < OPAQUE).map(|(index, _)| index).collect()
 }
 
+/// What keeps light that comes from everywhere away from surfaces is looked for with so many rays a hit, as far as that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Occlusion {
+    /// Rays a hit, at least 1. Samples of a pixel share their work: of 16 samples, one ray each is enough.
+    pub rays: u32,
+    /// What is farther away than this keeps no light away.
+    pub distance: f32,
+}
+
+impl Default for Occlusion {
+    /// A few rays, however far.
+    fn default() -> Self {
+        Self { rays: 4, distance: f32::INFINITY }
+    }
+}
+
 /// All that rays meet: geometry, materials, lights, background. Any of it may be replaced between frames.
 #[derive(Debug)]
 pub struct Scene {
@@ -283,6 +297,8 @@ pub struct Scene {
     pub lights: Vec<Arc<dyn Light>>,
     /// Light that comes from everywhere.
     pub ambient: Arc<dyn AmbientLight>,
+    /// How what keeps that light away is looked for; `None`: it is not.
+    pub occlusion: Option<Occlusion>,
     /// What is seen where nothing is.
     pub background: Arc<dyn Background>,
     /// What is between surfaces.
@@ -321,20 +337,6 @@ impl Scene {
         context.statistics.count_paths(paths);
     }
 
-    /// Colours the rays of a packet, run by run: by their materials, or by the background.
-    pub fn shade(&self, context: &Context<'_>, packet: &mut Packet) {
-        for run in 0..packet.runs().len() {
-            match packet.runs()[run].hit {
-                None => scope("background", || self.background.shade(context, &mut packet.sub_packet(run, None))),
-                Some((geometry, material)) => {
-                    let name = &self.materials.scopes[material as usize];
-                    let hits = &mut packet.sub_packet(run, Some(self.geometry.get(geometry)));
-                    scope(name, || shade(context, self.materials.get(material), hits));
-                }
-            }
-        }
-    }
-
     /// Calls `visit` with points around all that can be seen.
     pub fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
         self.geometry.extremes(visit);
@@ -363,27 +365,6 @@ impl Scene {
             });
         };
         View::frame_points(within, self.bulk, self.up, aspect)
-    }
-}
-
-/// Colours hits by their material, as far as they are [opaque](crate::packet::Surface::opacities); what is not opaque at all is not
-/// shaded.
-fn shade(context: &Context<'_>, material: &dyn Material, hits: &mut SubPacket<'_>) {
-    let opacities: &mut Column<f32> = &mut lend(context.width);
-    let opacities = &mut opacities[..hits.len()];
-    if !hits.own_opacities(opacities) {
-        return material.shade(context, hits);
-    }
-    let mut start = 0;
-    for alike in opacities.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)) {
-        let part = &mut hits.sub_packet(start..start + alike.len());
-        start += alike.len();
-        if alike[0] > 0.0 {
-            material.shade(context, part);
-        } else {
-            part.fill_color(Vec3::ZERO);
-        }
-        part.fade(alike);
     }
 }
 

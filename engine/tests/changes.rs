@@ -239,8 +239,8 @@ const CHANGES: &[Change] = &[
     },
     Change {
         name: "a pixel sampler",
-        make: |state| state.stack.sampler = SamplerKind::Jittered { side: 2 }.build(),
-        describe: |_, settings| settings.sampler = SamplerKind::Jittered { side: 2 },
+        make: |state| state.stack.sampler = SamplerKind::of_samples(4).build(),
+        describe: |_, settings| settings.sampler = SamplerKind::of_samples(4),
     },
 ];
 

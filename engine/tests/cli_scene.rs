@@ -89,7 +89,7 @@ fn the_examples_of_the_page_are_rendered() {
     let object = json(&folder, &["render", "example0.toml", "-o", "own.png"]);
     assert_eq!((&object["size"], &object["camera"]), (&serde_json::json!([320, 240]), &"pinhole".into()));
     assert_eq!(json(&folder, &["render", "example2.toml", "--size", "8", "-o", "own.png"])["camera"], "orthographic");
-    assert_eq!(json(&folder, &["render", "example1.toml", "--size", "8", "-o", "own.png"])["sampler"], "jittered:2");
+    assert_eq!(json(&folder, &["render", "example1.toml", "--size", "8", "-o", "own.png"])["sampler"], "sobol:4");
     assert_eq!(json(&folder, &["render", "example3.toml", "--size", "8", "-o", "own.png"])["shadows"], false);
 }
 
@@ -121,6 +121,7 @@ fn files_say_what_options_say() {
             "[[object]]\nvolume = \"smoke.raw\"\nraw = { dims = [16, 16, 16], type = \"u8\" }\niso = [90]\n",
             &["smoke.raw", "--raw-dims", "16,16,16", "--raw-type", "u8", "--iso", "90"],
         ),
+        ("smooth = 180\n[[object]]\nmesh = \"pyramid.obj\"\n", &["pyramid.obj", "--smooth", "180"]),
         ("[[object]]\nmesh = \"gen:terr20k\"\n", &["gen:terr20k"]),
         ("[[object]]\nmesh = \"gen:built-in\"\n", &[]),
     ]
@@ -133,7 +134,13 @@ fn files_say_what_options_say() {
     }
     // Options win; they are also for volumes of which the file says nothing.
     let plain = render(&folder, &["pyramid.obj"]);
-    for options in [&["--background", "black"][..], &["--eye", "5,5,5"], &["--fog", "0.2"], &["--light", "9,9,0"]] {
+    for options in [
+        &["--background", "black"][..],
+        &["--eye", "5,5,5"],
+        &["--fog", "0.2"],
+        &["--light", "9,9,0"],
+        &["--smooth", "120"],
+    ] {
         let both = [&["scene0.toml"], options].concat();
         let pictures = [render(&folder, &both), render(&folder, &[&["pyramid.obj"], options].concat())];
         assert!(pictures[0] == pictures[1] && pictures[0] != plain, "{options:?}");
@@ -190,7 +197,7 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         ("[materials]\na = 3\n", "a.toml:3:5: a material is a table"),
         ("materials = 3\n", "a.toml:2:13: materials is no table"),
         ("renderer = \"raytracr\"\n", "a.toml:2:12: no renderer is called \"raytracr\"; there are: raytracer"),
-        ("sampler = \"jittered:99\"\n", "a.toml:2:11: no pixel sampler is called"),
+        ("sampler = \"sobol:0\"\n", "a.toml:2:11: no pixel sampler is called"),
         (
             "background = \"pink\"\n",
             "a.toml:2:14: invalid value: string \"pink\", expected sky, black, white, a colour",

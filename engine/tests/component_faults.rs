@@ -14,7 +14,9 @@ use mobula::image::{FrameBuffer, Size};
 use mobula::packet::{Packet, SubPacket};
 use mobula::pipeline::{Config, Display, DisplayStage, Fault, Picture, Shown};
 use mobula::scene::build;
-use mobula::stack::{Background, Camera, Context, Fragment, Illumination, Light, Material, PixelSampler, Renderer};
+use mobula::stack::{
+    Background, Camera, Context, Fragment, Illumination, Light, Lit, Material, PixelSampler, Renderer,
+};
 use mobula_simd::AnyToken;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -69,9 +71,9 @@ impl Background for Frail<dyn Background> {
 }
 
 impl Light for Frail<dyn Light> {
-    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination) {
+    fn illuminate(&self, token: AnyToken, points: [&[f32]; 3], out: &mut Illumination) {
         self.0.tick();
-        self.1.illuminate(points, out);
+        self.1.illuminate(token, points, out);
     }
 
     fn position(&self) -> Option<Vec3> {
@@ -84,7 +86,7 @@ impl Light for Frail<dyn Light> {
 struct Plain(Bomb);
 
 impl Material for Plain {
-    fn shade(&self, _: &Context<'_>, hits: &mut SubPacket<'_>) {
+    fn shade(&self, _: &Context<'_>, hits: &mut SubPacket<'_>, _: Lit<'_>) {
         self.0.tick();
         hits.fill_color(Vec3::ONE);
     }

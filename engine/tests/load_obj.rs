@@ -1,4 +1,4 @@
-//! OBJ files, good and broken: what is loaded, and what is said about the rest.
+//! OBJ and STL files, good and broken: what is loaded, and what is said about the rest.
 
 #[path = "support/files.rs"]
 mod files;
@@ -6,6 +6,10 @@ mod files;
 mod odd;
 #[path = "load_obj/packed.rs"]
 mod packed;
+#[path = "load_obj/smooth.rs"]
+mod smooth;
+#[path = "load_obj/stl.rs"]
+mod stl;
 
 use std::fs;
 use std::io::Write as _;
@@ -172,14 +176,14 @@ fn files_that_are_not_there_or_not_obj() {
     let complaint = |path: &Path| load(path).unwrap_err().to_string();
     assert!(complaint(&folder.0.join("no.obj")).ends_with("no.obj: no such file; check the path"));
     assert!(complaint(&folder.0).contains("is a directory"));
-    let stl = complaint(&folder.write("a.stl", "solid a\n"));
+    let gltf = complaint(&folder.write("a.gltf", "{}\n"));
     assert!(
-        stl.ends_with(
-            ": this is in STL format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), PLY (.ply), NRRD (.nrrd, \
-             .nhdr), NIfTI (.nii), MetaImage (.mha, .mhd), LAMMPS dump (.lammpstrj, .lammpsdump, .dump), XYZ (.xyz, .extxyz), \
+        gltf.ends_with(
+            ": this is in glTF format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), PLY (.ply), STL (.stl), NRRD \
+             (.nrrd, .nhdr), NIfTI (.nii), MetaImage (.mha, .mhd), LAMMPS dump (.lammpstrj, .lammpsdump, .dump), XYZ (.xyz, .extxyz), \
              CSV (.csv, .tsv), Mobula scene (.toml), each also with .gz, raw voxels (--raw-dims) and raw particles (--raw-layout)"
         ),
-        "{stl}"
+        "{gltf}"
     );
     assert!(complaint(&folder.write("a.abc", "hello\n")).contains("in no format that Mobula knows"));
     assert!(complaint(&folder.write("a.glb.gz", gzip(b"glTF\x02"))).contains("in glTF format"));

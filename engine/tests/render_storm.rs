@@ -14,7 +14,7 @@ use mobula::packet::{Packet, SubPacket, vec3};
 use mobula::pipeline::{Config, Frame, Handle, Pipeline};
 use mobula::renderer::RendererKind;
 use mobula::scene::{SceneDescription, Spheres, build};
-use mobula::stack::{Context, Fragment, Material, Renderer, Statistics};
+use mobula::stack::{Context, Fragment, Lit, Material, Renderer, Statistics};
 use mobula::traverse::{RenderStage, TileSize, TraverserKind};
 use mobula_simd::AnyToken;
 use proptest::prelude::*;
@@ -35,7 +35,7 @@ struct World {
 struct Paint(u16);
 
 impl Material for Paint {
-    fn shade(&self, _: &Context<'_>, hits: &mut SubPacket<'_>) {
+    fn shade(&self, _: &Context<'_>, hits: &mut SubPacket<'_>, _: Lit<'_>) {
         hits.fill_color(self.base_color());
     }
 

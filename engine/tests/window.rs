@@ -76,7 +76,10 @@ impl Session {
 
     /// The same with a scene of the options.
     fn show(display: String, test: &str, options: &[&str]) -> Self {
-        let folder = Folder::new(test);
+        Self::show_in(Folder::new(test), display, options)
+    }
+
+    fn show_in(folder: Folder, display: String, options: &[&str]) -> Self {
         folder.write("a pyramid's.obj", PYRAMID);
         let header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n";
         let ball = (0..729_i32).map(|i| {
@@ -244,9 +247,9 @@ fn keys_mouse_size_and_screenshots() {
     session.xdotool("click 4");
     assert!(session.screenshot(6) != first, "the wheel moved nothing");
     session.xdotool("key r");
-    session.wait_title("primary");
+    session.wait_title("| ao,");
     session.xdotool("key a");
-    session.wait_title("jittered");
+    session.wait_title("sobol");
     session.xdotool(&format!("windowsize {} 200 150", session.window));
     session.wait_title("200x150");
     let small = session.screenshot(7);
@@ -395,11 +398,10 @@ fn scene_files_are_shown_and_saved() {
                  camera = { eye = [25, 20, 15], at = [4, 4, 4] }\n[materials]\nred = { kind = \"lambertian\", color = [0.8, 0.2, 0.1] }\n\
                  [[object]]\nmesh = \"../a pyramid's.obj\"\nmaterial = \"red\"\n\
                  [[object]]\nvolume = \"../time*.nrrd\"\niso = [{ value = 100, material = \"red\" }]\n";
-    let below = format!("mobula-window-scene-{}", std::process::id());
-    let path = std::env::temp_dir().join(format!("mobula-cli-scene-file-{}", std::process::id())).join(&below);
-    fs::create_dir_all(&path).unwrap();
-    fs::write(path.join("scene.toml"), scene).unwrap();
-    let mut session = Session::show(name, "scene-file", &[&format!("{below}/scene.toml")]);
+    let folder = Folder::new("scene-file");
+    fs::create_dir(folder.0.join("below")).unwrap();
+    folder.write("below/scene.toml", scene);
+    let mut session = Session::show_in(folder, name, &["below/scene.toml"]);
     session.wait_title("scene | 160x120 |");
     session.focus();
     session.screenshot(1);

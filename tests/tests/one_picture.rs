@@ -20,7 +20,7 @@ use mobula::volume::{Grid, GridPlace, Preset};
 use mobula_simd::AnyToken;
 
 const THREADS: [usize; 4] = [1, 2, 3, 7];
-const BALANCERS: [&str; 4] = ["work-queue", "work-queue:3", "cyclic", "static"];
+const BALANCERS: [&str; 5] = ["by-cost", "work-queue", "work-queue:3", "cyclic", "static"];
 
 struct Case {
     description: SceneDescription,

@@ -1,5 +1,9 @@
-//! Building and refitting with one and two threads.
+//! Building and refitting with one and two threads: bare trees, and scenes as the engine makes them ready.
 
+use std::sync::Arc;
+
+use mobula::accel::AccelerationKind;
+use mobula::scene::{self, Mesh, SceneDescription};
 use mobula_benches::clock;
 use mobula_benches::embree::{Device, Quality, Scene};
 use mobula_benches::packets::Threads;
@@ -15,6 +19,10 @@ use crate::isa;
 /// Both qualities of Mobula's trees, by the names of their builders.
 const BUILDERS: [(&str, bvh::Quality); 2] = [("Mobula fast", bvh::Quality::Fast), ("Mobula", bvh::Quality::Good)];
 
+/// Both structures of the engine, by the names of their rows.
+const ENGINE: [(&str, AccelerationKind); 2] =
+    [("engine fast", AccelerationKind::Fast), ("engine", AccelerationKind::Bvh)];
+
 /// Measures Mobula and Embree, turn by turn.
 pub(crate) fn builds(
     scene: &'static str,
@@ -29,7 +37,10 @@ pub(crate) fn builds(
         for threads in [1, 2] {
             table.least("compute loop", threads, || spin(threads));
             match primitives {
-                Primitives::Triangles(triangles) => table.meshes(triangles, threads)?,
+                Primitives::Triangles(triangles) => {
+                    table.meshes(triangles, threads)?;
+                    table.scenes(triangles, threads)?;
+                }
                 Primitives::Spheres(spheres) => table.clouds(spheres, threads)?,
             }
             table.embree(primitives, level, threads)?;
@@ -67,6 +78,34 @@ impl Builders {
                 if tree.bounds().low[..3] != bounds.low[..3] || tree.bounds().high[..3] != bounds.high[..3] {
                     return Err(format!("{}: a refit changes bounds", self.scene));
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Builds scenes from their description, with all that the engine does until rays can be traced, and refits one.
+    fn scenes(&mut self, triangles: &Triangles, threads: usize) -> Result<(), String> {
+        let join = Threads::new(threads);
+        let corners = triangles.positions.len() - 1;
+        let positions = triangles.positions[..corners].to_vec();
+        let mesh = Mesh { positions, triangles: triangles.indices.clone(), ..Mesh::default() };
+        let again = Arc::new(mesh.clone());
+        let description = SceneDescription { geometry: vec![Arc::new(mesh)], ..SceneDescription::default() };
+        for (name, kind) in ENGINE {
+            let mut scene = None;
+            self.least(name, threads, || scene = Some(join.enter(|| scene::build(&description, kind))));
+            let geometry = &mut scene.ok_or("no scene")?.map_err(|error| error.to_string())?.geometry;
+            self.bytes(name, geometry.bytes());
+            if geometry.census().count("triangles") != self.primitives as u64 || geometry.census().left_out() > 0 {
+                return Err(format!("{}: the engine leaves triangles out", self.scene));
+            }
+            if kind == AccelerationKind::Bvh {
+                let mut refitted = Ok(());
+                self.least("engine refit", threads, || {
+                    refitted = join.enter(|| geometry.refit(vec![again.clone()]));
+                });
+                refitted.map_err(|error| error.to_string())?;
+                self.bytes("engine refit", geometry.bytes());
             }
         }
         Ok(())

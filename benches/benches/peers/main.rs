@@ -16,7 +16,7 @@ use clap::Parser;
 use mobula_benches::embree::{Device, Quality, Scene};
 use mobula_benches::rays::{Found, Kind, RaySet};
 use mobula_benches::report::{Report, Row};
-use mobula_benches::scenes::{self, Primitives, VIEWS, View};
+use mobula_benches::scenes::{self, Far, Primitives, VIEWS, View};
 use mobula_benches::{clock, others, secondary};
 use mobula_core::bvh::{Bvh, Serial};
 use mobula_core::leaf::Block;
@@ -43,10 +43,10 @@ struct Arguments {
     #[arg(long, value_delimiter = ',')]
     level: Vec<Level>,
     /// What Embree is limited to; what the level has unless named.
-    #[arg(long)]
+    #[arg(long, value_parser = ["sse2", "sse4.2", "avx", "avx2", "avx512"])]
     isa: Option<String>,
     /// Turns.
-    #[arg(long, default_value_t = 7)]
+    #[arg(long, default_value_t = 7, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1000))]
     repeat: usize,
     /// Measure building as well.
     #[arg(long)]
@@ -106,6 +106,7 @@ fn run(arguments: &Arguments) -> Result<Vec<String>, String> {
     let mut bench = Bench {
         arguments,
         failures: Vec::new(),
+        built: Vec::new(),
         report: Report {
             date: arguments.date.clone(),
             command: format!(
@@ -120,8 +121,17 @@ fn run(arguments: &Arguments) -> Result<Vec<String>, String> {
     eprintln!("{}", bench.report.machine);
     let mut others = arguments.list.as_deref().map_or(Ok(Vec::new()), views::of_list)?;
     others.extend(arguments.view.mesh.is_some().then(|| arguments.view.clone()));
+    arguments.view.check()?;
+    let mut names: Vec<String> = VIEWS.iter().map(|view| view.name.to_owned()).collect();
     for options in &others {
-        if let Some((view, primitives)) = options.view()? {
+        // Rows must be told apart.
+        let usual = options.name();
+        let numbered = (2..).map(|number| format!("{usual}_{number}"));
+        let name = std::iter::once(usual.clone()).chain(numbered).find(|name| !names.contains(name));
+        names.extend(name);
+        let name = &names[names.len() - 1];
+        if let Some((view, primitives)) = options.view(name)? {
+            bench.report.notes.push(format!("{name}: {}", options.words()));
             bench.view(&view, &primitives)?;
         }
         bench.write()?;
@@ -150,6 +160,8 @@ struct Bench<'a> {
     arguments: &'a Arguments,
     report: Report,
     failures: Vec<String>,
+    /// Of which scenes building was measured: where they come from, and their primitives.
+    built: Vec<(&'static str, usize)>,
 }
 
 impl Bench<'_> {
@@ -170,7 +182,10 @@ impl Bench<'_> {
     }
 
     fn view(&mut self, view: &View, primitives: &Primitives) -> Result<(), String> {
-        if self.arguments.builds && !self.report.builds.iter().any(|build| build.primitives == primitives.len()) {
+        // Views of one scene have its primitives.
+        let built = (view.source, primitives.len());
+        if self.arguments.builds && !self.built.contains(&built) {
+            self.built.push(built);
             let level = *self.arguments.level.iter().max().ok_or("no level")?;
             self.report.builds.append(&mut builds::builds(view.name, primitives, level, self.arguments.repeat)?);
         }
@@ -208,6 +223,9 @@ impl Bench<'_> {
             if hits.hits(false) == 0 {
                 embree.intersect(ONE, &primary, &mut hits);
                 self.check_known(view, &hits);
+                if hits.hits(false) == 0 {
+                    return Err(format!("{}: nothing is seen from there", view.name));
+                }
             }
             for &kind in kinds {
                 let rays = secondary::rays(kind, view, primitives, &primary, &hits);
@@ -253,8 +271,13 @@ impl Bench<'_> {
         if verdict.lost_by_second > 0 {
             self.wrong(format!("{name}: Mobula lost {} hits: {:?}", verdict.lost_by_second, verdict.examples));
         }
-        if verdict.band > (row.rays / BAND).max(16) {
-            self.wrong(format!("{name}: {} of {} rays in the band", verdict.band, row.rays));
+        // Of what is far away, or in views that nobody looked at before, more may be.
+        let known = matches!(view.far, Far::Nothing) && VIEWS.iter().any(|fixed| fixed.name == view.name);
+        let in_band = || format!("{name}: {} of {} rays in the band", verdict.band, row.rays);
+        match verdict.band > (row.rays / BAND).max(16) {
+            true if known => self.wrong(in_band()),
+            true => self.report.notes.push(in_band()),
+            false => {}
         }
         if let (Some(known), Kind::ShadowPoint) = (view.known, row.kind)
             && verdict.hits[0].abs_diff(known.shadowed) > (known.shadowed / 10_000).max(16)

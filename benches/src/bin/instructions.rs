@@ -17,7 +17,7 @@ const SET: [(&str, &str); 13] = [
     ("sphere", "packet_common_origin_unit"),
     ("node_packet", "common_origin"),
     ("node_diverged", "general"),
-    ("node_stream", "general"),
+    ("node_stream", "closest"),
     ("node_single", "general"),
     ("frusta", "common_origin"),
     ("traversal", "primary"),

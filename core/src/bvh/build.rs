@@ -40,10 +40,27 @@ impl<B: Block> Bvh<B> {
         join: &impl Join,
         primitive: impl Fn(usize) -> B::Primitive + Sync,
     ) -> Self {
+        Self::build_sound(count, first_id, quality, join, |i| Some(primitive(i)), &primitive)
+    }
+
+    /// As [`build`](Self::build), where it takes a test to know which primitives may be in the tree: `sound` makes it, once for each, and
+    /// `primitive` gives those that passed, without.
+    ///
+    /// # Panics
+    /// If the ids do not fit 32 bits.
+    pub fn build_sound(
+        count: usize,
+        first_id: u32,
+        quality: Quality,
+        join: &impl Join,
+        sound: impl Fn(usize) -> Option<B::Primitive> + Sync,
+        primitive: impl Fn(usize) -> B::Primitive + Sync,
+    ) -> Self {
         assert!(count <= (u32::MAX - first_id) as usize, "more primitives than ids");
-        let frame = frame(samples(count).filter_map(|i| B::bounds(&primitive(i))));
+        let bounds = |i: usize| sound(i).and_then(|primitive| B::bounds(&primitive));
+        let frame = frame(samples(count).filter_map(bounds));
         let unit = unit(&frame);
-        let (mut references, centroids) = references::<B>(count, unit, join, &primitive);
+        let (mut references, centroids) = references(count, unit, join, &bounds);
         let mut topology = Topology::new(if B::COMPACT { Shape::Compact } else { Shape::Exact });
         let mut bvh = WideBvh {
             nodes: Vec::new(),
@@ -150,17 +167,17 @@ fn unit(frame: &Frame) -> f32 {
 }
 
 /// References to all primitives with bounds, and the bounds of their centroids, in multiples of `unit`.
-fn references<B: Block>(
+fn references(
     count: usize,
     unit: f32,
     join: &impl Join,
-    primitive: &(impl Fn(usize) -> B::Primitive + Sync),
+    bounds: &(impl Fn(usize) -> Option<Bounds> + Sync),
 ) -> (Vec<Reference>, CentroidBounds) {
     let mut references = zeroed::<Reference>(count);
     let run = |references: &mut [Reference], start: usize| {
         let (mut kept, mut centroids) = (0, CentroidBounds::empty());
         for i in start..start + references.len() {
-            if let Some(bounds) = B::bounds(&primitive(i)) {
+            if let Some(bounds) = bounds(i) {
                 references[kept] = reference::new(&bounds, unit, i as u32);
                 centroids.take(&references[kept]);
                 kept += 1;
@@ -169,7 +186,10 @@ fn references<B: Block>(
         (kept, centroids)
     };
     let (kept, centroids) = reduce(join, &mut references, 0, &run, &|all, middle, (left, a), (right, b)| {
-        all.copy_within(middle..middle + right, left);
+        // Mostly nothing is left out, and all is where it belongs.
+        if left < middle {
+            all.copy_within(middle..middle + right, left);
+        }
         (left + right, a.merge(&b))
     });
     references.truncate(kept);

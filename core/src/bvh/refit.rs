@@ -20,16 +20,19 @@ impl<B: Block> Bvh<B> {
     /// Who has become degenerate or not finite is hit by nothing until another refit mends it. Who was left out when the
     /// tree was built stays out, and a primitive more or less needs a tree of its own: build anew.
     pub fn refit(&mut self, join: &impl Join, primitive: impl Fn(usize) -> B::Primitive + Sync) {
+        self.refit_sound(join, |i| Some(primitive(i)).filter(|moved| B::bounds(moved).is_some()));
+    }
+
+    /// As [`refit`](Self::refit), where whoever gives the primitives has tested them: `None` is hit by nothing, and all others have
+    /// [bounds](Block::bounds).
+    pub fn refit_sound(&mut self, join: &impl Join, sound: impl Fn(usize) -> Option<B::Primitive> + Sync) {
         let first_id = self.first_id;
-        let first = |at: usize| B::bounds(&primitive((self.leaves[at].ids(at)[0] - first_id) as usize));
+        let first = |at: usize| sound((self.leaves[at].ids(at)[0] - first_id) as usize).and_then(|its| B::bounds(&its));
         let frame = frame(samples(self.leaves.len()).filter_map(first));
         self.fill::<false>(join, frame, &|at, block: &mut B| {
             let ids = block.ids(at);
             for (place, id) in ids.into_iter().enumerate().filter(|&(_, id)| id != crate::NO_HIT) {
-                let moved = primitive((id - first_id) as usize);
-                let sound = B::bounds(&moved).is_some();
-                let its = if sound { moved } else { B::NOWHERE };
-                block.set(place, id, &its);
+                block.set(place, id, &sound((id - first_id) as usize).unwrap_or(B::NOWHERE));
             }
         });
     }

@@ -18,7 +18,7 @@ pub fn rows<T: Token>(token: T, planes: &Planes, rows: [usize; 3], at: usize) ->
     [token.load(row(planes, rows[0]), at), token.load(row(planes, rows[1]), at), token.load(row(planes, rows[2]), at)]
 }
 
-/// Which of the boxes overlap the box between `low` and `high`, a bit each. A NaN in a bound overlaps nothing.
+/// Which of the boxes overlap the box between `low` and `high`, a bit each. A NaN overlaps everything: nothing is known of that bound.
 #[inline(always)]
 pub fn overlapping<T: Token>(token: T, planes: &Planes, [low, high]: &[[f32; 3]; 2]) -> u32 {
     let token = token.narrow();
@@ -28,7 +28,7 @@ pub fn overlapping<T: Token>(token: T, planes: &Planes, [low, high]: &[[f32; 3];
         let mut inside = token.mask(u32::MAX);
         for k in 0..3 {
             let (box_low, box_high) = (token.load(&planes[k], at), token.load(&planes[k + 3], at));
-            inside = inside & box_low.le(token.splat(high[k])) & box_high.ge(token.splat(low[k]));
+            inside = inside.and_not(box_low.gt(token.splat(high[k]))).and_not(box_high.lt(token.splat(low[k])));
         }
         overlapping |= inside.bits() << at;
         at += <T::Narrow as Token>::LANES;

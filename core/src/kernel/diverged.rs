@@ -7,11 +7,10 @@ use mobula_simd::{MaskLanes, Token};
 use super::aabb::{aabb, slabs};
 use super::boxes::Planes;
 use super::groups::{GROUPS, group_size};
+use super::words::WORDS;
 use crate::vector::{load3, splat3, sub};
 use crate::{Columns3, Rays};
 
-/// Words with a bit for each ray of the widest packet.
-pub const WORDS: usize = 1024 / 64;
 /// The signs of directions that are not the same for all rays.
 pub const ANY_SIGNS: u8 = u8::MAX;
 

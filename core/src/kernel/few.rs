@@ -41,17 +41,12 @@ impl<T: Token> FewRays<T> {
     /// Up to [`COUNT`](Self::COUNT) rays by their numbers, whose inverse directions and shears are derived; lanes that are left
     /// over are the first ray's. `axis` is the dominant axis of all, if it is one.
     #[inline(always)]
-    pub fn of<const N: usize, const COMMON_ORIGIN: bool>(
-        token: T,
-        rays: &Rays<N>,
-        numbers: &[usize],
-        axis: Option<usize>,
-    ) -> Self {
+    pub fn of<const N: usize>(token: T, rays: &Rays<N>, numbers: &[usize], axis: Option<usize>) -> Self {
         let own_axes = match axis {
             Some(_) => None,
             None => Some([have_axis(token, rays, numbers, 1), have_axis(token, rays, numbers, 2)]),
         };
-        let origin = if COMMON_ORIGIN {
+        let origin = if rays.properties().contains(Properties::COMMON_ORIGIN) {
             splat3(token, rays.ray(rays.range().start).0.to_array())
         } else {
             fours3(token, rays.origins(), numbers)

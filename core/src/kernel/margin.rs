@@ -52,7 +52,10 @@ impl Frame {
             greatest = larger(larger(low[k].abs(), high[k].abs()), greatest);
         }
         let margin = greatest * PAD + LEAST;
-        (low.map(|x| x - margin), high.map(|x| x + margin)).into()
+        // Where both are infinite nothing is known, and so nothing is outside.
+        let (low, high) = (low.map(|x| x - margin), high.map(|x| x + margin));
+        let known = |x: f32, otherwise: f32| if x.is_nan() { otherwise } else { x };
+        (low.map(|x| known(x, f32::NEG_INFINITY)), high.map(|x| known(x, f32::INFINITY))).into()
     }
 
     /// Origins of rays in this frame.

@@ -26,3 +26,4 @@ pub mod sphere;
 pub mod stream;
 pub mod triangle;
 pub mod trilinear;
+pub mod words;

@@ -214,13 +214,13 @@ pub(super) fn test<T: Token, const N: usize, L: Leaf, S: Sink<N>, const PATH: u8
                     left &= left - 1;
                     count += 1;
                 }
-                if !leaves.few::<T, N, false, S>(token, leaf.clone(), rays, sink, &numbers[..count], None) {
-                    stream::<T, N, L, S>(token, leaves, leaf.clone(), rays, sink, from, others);
+                if !leaves.few::<T, N, S>(token, leaf.clone(), rays, sink, &numbers[..count], None) {
+                    leaves.stream(token, leaf.clone(), rays, sink, from / 64, others);
                     break;
                 }
             }
         } else if others != 0 {
-            stream::<T, N, L, S>(token, leaves, leaf.clone(), rays, sink, from, others);
+            leaves.stream(token, leaf.clone(), rays, sink, from / 64, others);
         }
         from += 64;
     }
@@ -243,53 +243,6 @@ impl<L: Leaf, const ANY: bool> Task for LeafSingle<'_, L, ANY> {
         let token = token.narrow();
         leaves.single::<_, ANY>(token, leaf, &mut SingleRay::new(token, &ray).ray, &mut hit);
         hit.found
-    }
-}
-
-/// 64 rays: a task, as in traversal, so that all packet widths share one copy of it.
-struct LeafStream<'a, L, S> {
-    leaves: &'a L,
-    leaf: Range<usize>,
-    rays: &'a mut Rays<64>,
-    sink: &'a mut S,
-    active: u64,
-}
-
-impl<L: Leaf, S: Sink<64>> Task for LeafStream<'_, L, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<T: Token>(self, token: T) {
-        let Self { leaves, leaf, rays, sink, active } = self;
-        leaves.stream(token, leaf, rays, sink, active);
-    }
-}
-
-#[inline(always)]
-fn stream<T: Token, const N: usize, L: Leaf, S: Sink<N>>(
-    token: T,
-    leaves: &L,
-    leaf: Range<usize>,
-    rays: &mut Rays<N>,
-    sink: &mut S,
-    from: usize,
-    active: u64,
-) {
-    let mut copies = Rays::<64>::default();
-    rays.section(from, &mut copies);
-    let mut section = sink.section::<64>(from);
-    token.run(LeafStream { leaves, leaf, rays: &mut copies, sink: &mut section, active });
-    let mut ids = [0; 64];
-    for (i, id) in ids.iter_mut().enumerate() {
-        *id = section.id(i);
-    }
-    drop(section);
-    let mut lane = 0;
-    while lane < 64 {
-        let mask = token.mask((active >> lane) as u32);
-        let (t_max, ids) = (token.load(&copies.t_max[..], lane), token.load_u32(&ids, lane));
-        sink.merge(token, rays, from + lane, mask, t_max, ids);
-        lane += T::LANES;
     }
 }
 

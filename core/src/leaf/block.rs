@@ -11,6 +11,7 @@ use crate::kernel::few::FewRays;
 use crate::kernel::frusta::Frusta;
 use crate::kernel::group_shears::GroupShears;
 use crate::kernel::groups::{GROUPS, group_size};
+use crate::kernel::words::{part, word_size};
 use crate::sink::{SingleHit, Sink};
 use crate::{NO_HIT, Rays};
 
@@ -161,12 +162,13 @@ impl<L: Blocks> Leaf for L {
     }
 
     #[inline(always)]
-    fn stream<T: Token, const W: usize, S: Sink<W>>(
+    fn stream<T: Token, const N: usize, S: Sink<N>>(
         &self,
         token: T,
         leaf: Range<usize>,
-        rays: &mut Rays<W>,
+        rays: &mut Rays<N>,
         sink: &mut S,
+        word: usize,
         active: u64,
     ) {
         let Some(blocks) = self.blocks().get(leaf.clone()) else { return };
@@ -175,7 +177,7 @@ impl<L: Blocks> Leaf for L {
             if shown & ALL == 0 {
                 continue;
             }
-            let prepared = block.prepare::<W, false>(rays);
+            let prepared = block.prepare::<N, false>(rays);
             for (i, id) in block.ids(number).into_iter().enumerate() {
                 if id == NO_HIT {
                     break;
@@ -183,17 +185,17 @@ impl<L: Blocks> Leaf for L {
                 if shown >> i & 1 == 0 {
                     continue;
                 }
-                let mut at = 0;
-                while at < W {
-                    let among = (active >> at) as u32 & (u32::MAX >> (32 - T::LANES));
+                let mut lane = 0;
+                while lane < word_size(N) {
+                    let (at, among) = (64 * word + lane, part::<T>(active, lane));
                     if among != 0 {
                         let among = token.mask(among);
-                        let (hit, t) = L::Block::test::<T, W, false, true>(token, &prepared, i, 0, rays, at, among);
+                        let (hit, t) = L::Block::test::<T, N, false, true>(token, &prepared, i, 0, rays, at, among);
                         if hit.any() {
                             sink.record(token, rays, at, hit, t, id);
                         }
                     }
-                    at += T::LANES;
+                    lane += T::LANES;
                 }
             }
         }
@@ -239,7 +241,7 @@ impl<L: Blocks> Leaf for L {
     }
 
     #[inline(always)]
-    fn few<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
+    fn few<T: Token, const N: usize, S: Sink<N>>(
         &self,
         token: T,
         leaf: Range<usize>,
@@ -259,7 +261,7 @@ impl<L: Blocks> Leaf for L {
             }
             let ids = block.ids(number);
             for numbers in numbers.chunks(FewRays::<T>::COUNT) {
-                let few = FewRays::<T>::of::<N, COMMON_ORIGIN>(token, rays, numbers, axis);
+                let few = FewRays::<T>::of::<N>(token, rays, numbers, axis);
                 let (hits, t) = block.test_few(token, &few, 0);
                 let hits = hits.bits();
                 if hits == 0 {

@@ -44,13 +44,14 @@ pub trait Leaf: Send + Sync {
         groups: u32,
     ) -> u32;
 
-    /// Tests a leaf against the rays `active`, a bit each, of at most 64 that have nothing in common.
-    fn stream<T: Token, const W: usize, S: Sink<W>>(
+    /// Tests a leaf against the rays `active`, which have nothing in common: bit i is ray `64 * word + i`.
+    fn stream<T: Token, const N: usize, S: Sink<N>>(
         &self,
         token: T,
         leaf: Range<usize>,
-        rays: &mut Rays<W>,
+        rays: &mut Rays<N>,
         sink: &mut S,
+        word: usize,
         active: u64,
     );
 
@@ -66,7 +67,7 @@ pub trait Leaf: Send + Sync {
     /// Tests a leaf against a few rays by their numbers, as many at once as [`FewRays`] has. `axis` is the dominant axis of all, if it
     /// is one. Or says `false`: there is no such test, and they are to be tested otherwise.
     #[inline(always)]
-    fn few<T: Token, const N: usize, const COMMON_ORIGIN: bool, S: Sink<N>>(
+    fn few<T: Token, const N: usize, S: Sink<N>>(
         &self,
         _token: T,
         _leaf: Range<usize>,

@@ -1,7 +1,7 @@
 //! Packets through the tree.
 //!
 //! ```text
-//! groups with nothing in common go as streams, 64 rays at a time
+//! groups with nothing in common go as streams, a word of 64 rays at a time
 //! for each class of the others: stack = [root, all groups of the class]
 //!     pop; leave out groups that have found something nearer
 //!     node: which of eight children may any ray meet?  all at once
@@ -9,7 +9,7 @@
 //!           which rays of diverged groups meet it?  of all groups, if it is small for how far rays are apart
 //!           push it; nearer ones last; where a few rays only meet it, with these in place of groups
 //!           on with the nearest that groups meet
-//!     a few rays: a leaf together, a subtree one by one
+//!     a few rays: a leaf together, a subtree as streams
 //!     leaf: each primitive that any ray may hit: which groups?  all at once; then each such group's rays, W at a time
 //! ```
 
@@ -17,30 +17,35 @@ use mobula_simd::{MaskLanes, Token};
 
 use super::paths::Paths;
 use super::roots::Roots;
-use super::single::TraceSingle;
-use super::stack::{Entry, FewNumbers, Met};
-use super::stream::TraceStream;
+use super::stack::{Entry, Met, RaySet, RaySets};
+use super::stream::{AT_LEAF, TraceStream, reaching};
 use crate::bvh::{Node, STACK, Tree};
 use crate::kernel::boxes::Planes;
-use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
+use crate::kernel::diverged::{ANY_SIGNS, rays_meeting};
 use crate::kernel::frusta::{Frusta, NodeDistances};
 use crate::kernel::group_bounds::{GroupBounds, MIXED};
 use crate::kernel::groups::group_size;
-use crate::kernel::single::{OneRay, padded_origin};
+use crate::kernel::stream::Stream;
+use crate::kernel::words::{WORDS, word_size};
 use crate::leaf::Leaf;
 use crate::sink::Sink;
 use crate::{Columns3, Properties, Rays};
 
 /// Packets with fewer rays travel as a stream.
 const FEW: usize = 4;
-/// So few rays of a packet that meet a node go on as single rays there: a packet that has diverged (rays to a light from both
-/// sides of a silhouette) would test them against all that lies between (after Benthin et al., "Combining Single and
-/// Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC Architecture", TVCG 2012).
-const SINGLE_RAYS: u32 = 3;
-/// And so few that meet a leaf are tested there together: see [`Leaf::few`].
-const AT_LEAF: u32 = FewNumbers::MOST as u32;
-/// Rays of a stream.
-const STREAM: usize = 64;
+/// So few rays of groups whose rays are tested one by one (as those to a light from both sides of a silhouette) and that meet a child, a node
+/// or a leaf, go on there without their groups; otherwise all rays of the groups would be tested against all that lies between them. After
+/// Benthin et al., "Combining Single and Packet-Ray Tracing for Arbitrary Ray Distributions on the Intel MIC Architecture", TVCG 2012.
+const fn few(any: bool, leaf: bool) -> u32 {
+    match (any, leaf) {
+        (true, false) => 24,
+        (true, true) => 16,
+        (false, false) => 6,
+        (false, true) => 8,
+    }
+}
+/// And so few at a leaf that has no test of a few rays together.
+const FEW_AT_LEAF: u32 = 3;
 
 #[inline(always)]
 pub(super) fn traverse<T: Token, const N: usize, B: Tree, S: Sink<N>>(
@@ -65,20 +70,14 @@ pub(super) fn traverse<T: Token, const N: usize, B: Tree, S: Sink<N>>(
         together::<T, N, B, S, false>(token, tree, rays, sink, roots, &mut stack, &mut paths.general)
     };
     if others != 0 {
-        rays.inverse_directions(token);
-        // Few rays are not copied into, and tested in, lanes for many.
-        paths.single = if N <= 16 || range.end <= 16 {
-            streams::<T, N, 16, B, S>(token, tree, rays, sink, others, roots, &mut stack)
-        } else {
-            streams::<T, N, STREAM, B, S>(token, tree, rays, sink, others, roots, &mut stack)
-        };
+        paths.single = streams(token, tree, rays, sink, others, roots, &mut stack);
     }
     paths
 }
 
-/// Traces the rays of some groups as streams of `W`, which are copied out of the packet; says how many rays that are.
+/// Traces the rays of some groups as streams; says how many rays that are.
 #[inline(always)]
-fn streams<T: Token, const N: usize, const W: usize, B: Tree, S: Sink<N>>(
+fn streams<T: Token, const N: usize, B: Tree, S: Sink<N>>(
     token: T,
     tree: &B,
     rays: &mut Rays<N>,
@@ -87,39 +86,26 @@ fn streams<T: Token, const N: usize, const W: usize, B: Tree, S: Sink<N>>(
     roots: Roots,
     stack: &mut [Entry; STACK],
 ) -> u64 {
-    let range = rays.range();
-    let mut copies = Rays::<W>::default();
+    rays.inverse_directions(token);
+    let mut stream = Stream::default();
     let mut traced = 0;
-    let mut at = range.start / W * W;
-    while at < range.end {
+    for word in 0..N.div_ceil(64) {
         let (mut active, mut lane) = (0, 0);
-        while lane < W && at + lane < range.end {
-            if groups >> ((at + lane) / group_size(N)) & 1 != 0 {
-                active |= u64::from(rays.active(token, at + lane).bits()) << lane;
+        while lane < word_size(N) {
+            let at = 64 * word + lane;
+            if groups >> (at / group_size(N)) & 1 != 0 {
+                active |= u64::from(rays.active(token, at).bits()) << lane;
             }
             lane += T::LANES;
         }
         if active != 0 {
             traced += u64::from(active.count_ones());
-            rays.section(at, &mut copies);
-            let mut section = sink.section::<W>(at);
-            token.run(TraceStream { tree, rays: &mut copies, sink: &mut section, active, roots, stack });
-            let mut ids = [0; W];
-            if !S::ANY {
-                for (i, id) in ids.iter_mut().enumerate() {
-                    *id = section.id(i);
-                }
-            }
-            drop(section);
-            let mut lane = 0;
-            while lane < W {
-                let mask = token.mask((active >> lane) as u32);
-                let (t_max, ids) = (token.load(&copies.t_max[..], lane), token.load_u32(&ids, lane));
-                sink.merge(token, rays, at + lane, mask, t_max, ids);
-                lane += T::LANES;
+            stream.derive(token, rays, tree.frame(), word);
+            for child in roots.of(tree) {
+                let (sink, stream) = (&mut *sink, &stream);
+                token.run(TraceStream { tree, rays, stream, sink, axis: None, child, word, active, stack, base: 0 });
             }
         }
-        at += W;
     }
     traced
 }
@@ -153,7 +139,18 @@ fn together<T: Token, const N: usize, B: Tree, S: Sink<N>, const COMMON_ORIGIN: 
         left &= !groups;
         let frusta = Frusta::new::<T, N, COMMON_ORIGIN>(token, &bounds, rays, class);
         let diverged = frusta.diverged();
-        let mut walk = PacketWalk { tree, rays, apart: None, sink, frusta, diverged, lanes: [0; WORDS], stale: 0 };
+        let mut walk = PacketWalk {
+            tree,
+            rays,
+            apart: None,
+            stream: None,
+            sink,
+            frusta,
+            diverged,
+            lanes: [0; WORDS],
+            sets: RaySets::NONE,
+            stale: 0,
+        };
         for child in roots.of(tree) {
             stack[0] = Entry { child, near: f32::NEG_INFINITY, rays: groups.into() };
             walk.down::<T, COMMON_ORIGIN>(token, stack);
@@ -175,6 +172,8 @@ struct PacketWalk<'a, const N: usize, B, S> {
     rays: &'a mut Rays<N>,
     /// Derived when rays are first tested one by one.
     apart: Option<Apart<N>>,
+    /// Made when rays first go on as a stream.
+    stream: Option<Stream<N>>,
     sink: &'a mut S,
     frusta: Frusta,
     /// Groups whose rays are tested one by one.
@@ -183,6 +182,8 @@ struct PacketWalk<'a, const N: usize, B, S> {
     stale: u32,
     /// A bit a ray: see [`rays_meeting`].
     lanes: [u64; WORDS],
+    /// Rays that wait without their groups.
+    sets: RaySets,
 }
 
 impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
@@ -194,8 +195,8 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
         while top > 0 {
             top -= 1;
             let mut entry = stack[top];
-            if let Some(numbers) = FewNumbers::in_entry(entry.rays) {
-                self.trace_few::<T, COMMON_ORIGIN>(token, entry, numbers, stack, top);
+            if let Some(set) = self.sets.take(entry.rays) {
+                self.trace_set(token, entry, set, stack, top);
                 continue;
             }
             let stale = self.stale & entry.rays as u32;
@@ -254,10 +255,13 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
                 if groups == 0 {
                     continue;
                 }
-                let few = if B::Leaves::TESTS_FEW && child.is_leaf() { AT_LEAF } else { SINGLE_RAYS };
-                if groups == meeting && count <= few {
+                let leaf = child.is_leaf();
+                let most = if leaf && !B::Leaves::TESTS_FEW { FEW_AT_LEAF } else { few(S::ANY, leaf) };
+                if groups == meeting
+                    && count <= most
+                    && let Some(rays) = self.sets.add(&self.lanes[..N.div_ceil(64)])
+                {
                     self.tree.prefetch(child);
-                    let rays = FewNumbers::of(&self.lanes[..N.div_ceil(64)]);
                     children.wait(Entry { child, near, rays }, !S::ANY);
                     continue;
                 }
@@ -298,44 +302,46 @@ impl<const N: usize, B: Tree, S: Sink<N>> PacketWalk<'_, N, B, S> {
         )
     }
 
-    /// Traces the few rays of an entry: through a leaf together, through a subtree one by one.
+    /// Traces a set of rays: through a leaf together, if they are few, through a subtree as streams.
     #[inline(always)]
-    fn trace_few<T: Token, const COMMON_ORIGIN: bool>(
+    fn trace_set<T: Token>(
         &mut self,
         token: T,
         entry: Entry,
-        numbers: FewNumbers,
+        mut set: RaySet,
         stack: &mut [Entry; STACK],
         base: usize,
     ) {
-        let Some(Apart { origins: [x, y, z], .. }) = &self.apart else { return };
-        let (mut left, mut count) = ([0; FewNumbers::MOST], 0);
-        for i in numbers {
-            if i < N && count < FewNumbers::MOST && entry.near <= self.rays.t_max[i] {
-                left[count] = i;
-                count += 1;
+        let (child, axis) = (entry.child, Some(self.frusta.axis()));
+        let (mut numbers, mut count) = ([0; AT_LEAF], 0);
+        for (word, active) in set.iter_mut().enumerate() {
+            if *active == 0 {
+                continue;
+            }
+            *active &= reaching(token, self.rays, word, entry.near);
+            let mut left = *active;
+            while left != 0 {
+                let i = (64 * word + left.trailing_zeros() as usize) % N;
+                left &= left - 1;
                 self.stale |= 1 << (i / group_size(N));
+                numbers[count % AT_LEAF] = i;
+                count += 1;
             }
         }
-        let (left, child, axis) = (&left[..count], entry.child, Some(self.frusta.axis()));
-        if left.is_empty() {
-            return;
-        }
         let (tree, rays, sink) = (self.tree, &mut *self.rays, &mut *self.sink);
-        if child.is_leaf()
-            && tree.leaves().few::<T, N, COMMON_ORIGIN, S>(token, child.leaf_range(), rays, sink, left, axis)
-        {
-            return;
+        if child.is_leaf() && count <= AT_LEAF {
+            let (leaf, numbers) = (child.leaf_range(), &numbers[..count]);
+            if tree.leaves().few::<T, N, S>(token, leaf, rays, sink, numbers, axis) {
+                return;
+            }
         }
-        for &i in left {
-            let ray = OneRay::of(rays, i, padded_origin(rays, [x[i], y[i], z[i]], i));
-            let (hit, stack) = (sink.single(rays, i), &mut *stack);
-            let found = if S::ANY {
-                token.run(TraceSingle::<_, true> { tree, ray, hit, child, stack, base })
-            } else {
-                token.run(TraceSingle::<_, false> { tree, ray, hit, child, stack, base })
-            };
-            sink.set(rays, i, found);
+        for (word, &active) in set.iter().enumerate() {
+            if active != 0 {
+                let stream = self.stream.get_or_insert_default();
+                stream.derive(token, rays, tree.frame(), word);
+                let (rays, stream, sink, stack) = (&mut *rays, &*stream, &mut *sink, &mut *stack);
+                token.run(TraceStream { tree, rays, stream, sink, axis, child, word, active, stack, base });
+            }
         }
     }
 }

@@ -8,7 +8,7 @@ pub(super) struct Entry {
     pub(super) child: Child,
     /// Where it is entered at the earliest.
     pub(super) near: f32,
-    /// The rays of a stream, or the groups of a packet, that may meet it, a bit each; or [`FewNumbers`].
+    /// The groups of a packet, or the rays of a word of it, that may meet it, a bit each; or one of the [`RaySets`].
     pub(super) rays: u64,
 }
 
@@ -17,47 +17,44 @@ impl Entry {
     pub(super) const NONE: Self = Self { child: Child::node(0), near: 0.0, rays: 0 };
 }
 
-/// A few rays of a packet by their numbers, in the place of its groups: bit 63 says so, three bits how many they are, and ten bits each
-/// which.
+/// Rays of a packet, a bit each.
+pub(super) type RaySet = [u64; 4];
+
+/// Rays of a packet that wait without their groups: sets of them, to which entries point.
 #[derive(Clone, Copy)]
-pub(super) struct FewNumbers(u64);
-
-impl FewNumbers {
-    /// How many rays there may be.
-    pub(super) const MOST: usize = 6;
-    const MARK: u64 = 1 << 63;
-
-    /// Those of a mask, `MOST` at most.
-    #[inline(always)]
-    pub(super) fn of(words: &[u64]) -> u64 {
-        let (mut numbers, mut count) = (0, 0);
-        for (word, &lanes) in words.iter().enumerate() {
-            let mut lanes = lanes;
-            while lanes != 0 {
-                numbers = numbers << 10 | (64 * word as u64 + u64::from(lanes.trailing_zeros()));
-                lanes &= lanes - 1;
-                count += 1;
-            }
-        }
-        Self::MARK | count << 60 | numbers
-    }
-
-    /// What [`of`](Self::of) made, if the rays of an entry are that.
-    #[inline(always)]
-    pub(super) fn in_entry(rays: u64) -> Option<Self> {
-        (rays & Self::MARK != 0).then_some(Self(rays))
-    }
+pub(super) struct RaySets {
+    sets: [RaySet; Self::MOST],
+    /// A bit a set that is in use.
+    used: u32,
 }
 
-impl Iterator for FewNumbers {
-    type Item = usize;
+impl RaySets {
+    /// How many may wait at once.
+    const MOST: usize = 16;
+    /// Marks rays of an entry that are the number of a set.
+    const MARK: u64 = 1 << 63;
 
+    /// No set is in use.
+    pub(super) const NONE: Self = Self { sets: [[0; 4]; Self::MOST], used: 0 };
+
+    /// Keeps a set, a bit a ray; what is to be the rays of the entry. `None` if too many wait, and of packets of more than 256 rays.
     #[inline(always)]
-    fn next(&mut self) -> Option<usize> {
-        let (count, numbers) = (self.0 >> 60 & 7, self.0 & ((1 << 60) - 1));
-        let number = numbers & 1023;
-        self.0 = count.saturating_sub(1) << 60 | numbers >> 10;
-        (count > 0).then_some(number as usize)
+    pub(super) fn add(&mut self, rays: &[u64]) -> Option<u64> {
+        let number = self.used.trailing_ones() as usize;
+        self.sets.get_mut(number)?.get_mut(..rays.len())?.copy_from_slice(rays);
+        self.used |= 1 << number;
+        Some(Self::MARK | number as u64)
+    }
+
+    /// The set that the rays of an entry point to, if they do; it is kept no longer.
+    #[inline(always)]
+    pub(super) fn take(&mut self, rays: u64) -> Option<RaySet> {
+        if rays & Self::MARK == 0 {
+            return None;
+        }
+        let number = rays as usize % Self::MOST;
+        self.used &= !(1 << number);
+        Some(self.sets[number])
     }
 }
 

@@ -14,6 +14,7 @@ use crate::kernel::few::FewRays;
 use crate::kernel::frusta::Frusta;
 use crate::kernel::groups::{GROUPS, group_size};
 use crate::kernel::iso_cell::{FieldAlong, field_along, iso_cell};
+use crate::kernel::words::{part, word_size};
 use crate::leaf::Leaf;
 use crate::sink::{SingleHit, Sink};
 use crate::vector::load3;
@@ -191,20 +192,21 @@ impl<const N: usize, S: Sink<N>> Task for PacketInBrick<'_, '_, N, S> {
 }
 
 /// A stream in a brick.
-struct StreamInBrick<'a, 'b, const W: usize, S> {
+struct StreamInBrick<'a, 'b, const N: usize, S> {
     tree: &'a IsoTree<'b>,
     leaf: Range<usize>,
-    rays: &'a mut Rays<W>,
+    rays: &'a mut Rays<N>,
     sink: &'a mut S,
+    word: usize,
     active: u64,
 }
 
-impl<const W: usize, S: Sink<W>> Task for StreamInBrick<'_, '_, W, S> {
+impl<const N: usize, S: Sink<N>> Task for StreamInBrick<'_, '_, N, S> {
     type Output = ();
 
     #[inline(always)]
     fn run<T: Token>(self, token: T) {
-        let Self { tree, leaf, rays, sink, active } = self;
+        let Self { tree, leaf, rays, sink, word, active } = self;
         let Some(place) = tree.place(leaf) else { return };
         let mut brick = Brick::EMPTY;
         tree.field.load(place.at, ALL_ROWS, &mut brick);
@@ -213,13 +215,13 @@ impl<const W: usize, S: Sink<W>> Task for StreamInBrick<'_, '_, W, S> {
             if !cells.fill(token, &brick, place.cells, value) {
                 continue;
             }
-            let mut at = 0;
-            while at < W {
-                let among = (active >> at) as u32 & (u32::MAX >> (32 - T::LANES));
+            let mut lane = 0;
+            while lane < word_size(N) {
+                let (at, among) = (64 * word + lane, part::<T>(active, lane));
                 if among != 0 {
                     through(token, &place, &cells, rays, at, token.mask(among), sink, (id, value));
                 }
-                at += T::LANES;
+                lane += T::LANES;
             }
         }
     }
@@ -276,15 +278,16 @@ impl Leaf for IsoTree<'_> {
     }
 
     #[inline(always)]
-    fn stream<T: Token, const W: usize, S: Sink<W>>(
+    fn stream<T: Token, const N: usize, S: Sink<N>>(
         &self,
         token: T,
         leaf: Range<usize>,
-        rays: &mut Rays<W>,
+        rays: &mut Rays<N>,
         sink: &mut S,
+        word: usize,
         active: u64,
     ) {
-        token.run(StreamInBrick { tree: self, leaf, rays, sink, active });
+        token.run(StreamInBrick { tree: self, leaf, rays, sink, word, active });
     }
 
     #[inline(always)]

@@ -1,9 +1,9 @@
-//! Threads to build with.
+//! Threads to build with, and to read text with.
 
 use std::sync::OnceLock;
 
 use mobula_core::bvh::Join;
-use rayon_core::{ThreadPool, ThreadPoolBuilder};
+use rayon_core::{Scope, ThreadPool, ThreadPoolBuilder};
 
 use crate::progress::Progress;
 
@@ -24,10 +24,32 @@ struct Threads {
 static THREADS: OnceLock<Threads> = OnceLock::new();
 
 impl Pool<'_> {
-    /// Does on one of its threads what joins often: to join from outside wakes one each time.
+    /// Does on one of its threads what joins often: to join from outside wakes one each time. What is on a thread of such a pool already,
+    /// be it the program's own, stays there.
     pub(crate) fn enter<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-        let threads = THREADS.get_or_init(|| Threads::start(ThreadPoolBuilder::new));
-        threads.enter(std::process::id(), work)
+        if rayon_core::current_thread_index().is_some() {
+            work()
+        } else {
+            Threads::get().enter(std::process::id(), work)
+        }
+    }
+
+    /// Does on this thread what has tasks for the pool's, and waits for them.
+    pub(crate) fn with_tasks<'scope, R>(work: impl FnOnce(Tasks<'_, 'scope>) -> R) -> R {
+        Threads::get().with_tasks(std::process::id(), work)
+    }
+}
+
+/// What tasks are given to; without threads they are done at once.
+#[derive(Clone, Copy)]
+pub(crate) struct Tasks<'a, 'scope>(Option<&'a Scope<'scope>>);
+
+impl<'scope> Tasks<'_, 'scope> {
+    pub(crate) fn add(self, task: impl FnOnce() + Send + 'scope) {
+        match self.0 {
+            Some(scope) => scope.spawn(|_| task()),
+            None => task(),
+        }
     }
 }
 
@@ -43,6 +65,11 @@ impl Join for Pool<'_> {
 }
 
 impl Threads {
+    /// Those of the process.
+    fn get() -> &'static Self {
+        THREADS.get_or_init(|| Self::start(ThreadPoolBuilder::new))
+    }
+
     /// One thread for each processor, or as many as there can be.
     fn start(builder: impl Fn() -> ThreadPoolBuilder) -> Self {
         let mut pool = builder().build();
@@ -62,6 +89,13 @@ impl Threads {
         match &self.pool {
             Some(pool) if self.process == process => pool.install(work),
             _ => work(),
+        }
+    }
+
+    fn with_tasks<'scope, R>(&self, process: u32, work: impl FnOnce(Tasks<'_, 'scope>) -> R) -> R {
+        match &self.pool {
+            Some(pool) if self.process == process => pool.in_place_scope(|scope| work(Tasks(Some(scope)))),
+            _ => work(Tasks(None)),
         }
     }
 }
@@ -94,5 +128,17 @@ mod tests {
         let threads = Threads::start(ThreadPoolBuilder::new);
         assert!(threads.pool.is_some());
         assert_eq!(threads.enter(std::process::id() + 1, halves), [None, None]);
+    }
+
+    #[test]
+    fn tasks_are_done_by_the_threads_or_at_once() {
+        let threads = Threads::start(ThreadPoolBuilder::new);
+        for (process, elsewhere) in [(std::process::id(), true), (std::process::id() + 1, false)] {
+            let mut done = [None; 20];
+            threads.with_tasks(process, |tasks| {
+                done.iter_mut().for_each(|done| tasks.add(|| *done = Some(rayon_core::current_thread_index())));
+            });
+            assert!(done.iter().all(|done| done.is_some_and(|thread| thread.is_some() == elsewhere)));
+        }
     }
 }

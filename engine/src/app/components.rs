@@ -15,6 +15,7 @@ use crate::renderer::{Renderer, RendererKind};
 use crate::sampler::{PixelSampler, SamplerKind};
 use crate::scene::{self, Scene, SceneDescription, SceneError};
 use crate::stack::{Context, Fragment, Statistics};
+use crate::tone::Tone;
 use crate::traverse::{RenderStage, TileSize, TraverserKind};
 
 /// All components of the rendering stack from the pixel sampler down. Replace any of them between frames.
@@ -31,6 +32,8 @@ pub struct Components {
     pub sampler: Arc<dyn PixelSampler>,
     /// Traces them.
     pub renderer: Arc<dyn Renderer>,
+    /// How what arrives is shown.
+    pub tone: Tone,
 }
 
 impl Components {
@@ -53,6 +56,7 @@ impl Components {
             cameras: vec![camera],
             sampler: SamplerKind::default().build(),
             renderer: RendererKind::Raytracer.build(),
+            tone: Tone::default(),
         }
     }
 
@@ -93,8 +97,9 @@ impl Components {
     pub fn render(&self, fragment: Fragment, out: &FrameBuffer, statistics: &Statistics) {
         let Some(camera) = self.cameras.get(fragment.channel).or(self.cameras.last()) else { return };
         let renderer = &Named(&*self.renderer);
-        let Self { token, width, scene, .. } = self;
-        let context = Context { token: *token, width: width.rays(), scene, renderer, statistics, frame: 0 };
+        let Self { token, width, scene, tone, .. } = self;
+        let context =
+            Context { token: *token, width: width.rays(), scene, renderer, statistics, tone: *tone, frame: 0 };
         scope("pixel sampler", || self.sampler.render_fragment(&context, &Named(&**camera), fragment, out));
     }
 }

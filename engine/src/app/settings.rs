@@ -12,6 +12,7 @@ use crate::pipeline::{Config, Pipeline, ThreadCountError};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
 use crate::scene::{self, Geometries, SceneDescription, SceneError};
+use crate::tone::Tone;
 use crate::traverse::{TileSize, TraverserKind};
 
 /// How a scene is rendered.
@@ -41,6 +42,10 @@ pub struct Settings {
     pub acceleration: AccelerationKind,
     /// Are there shadows?
     pub shadows: bool,
+    /// How far is it looked for what keeps ambient light away; `None`: nothing does.
+    pub occlusion: Option<f32>,
+    /// How what arrives is shown.
+    pub tone: Tone,
     /// Render only when something changed?
     pub on_demand: bool,
 }
@@ -61,6 +66,8 @@ impl Default for Settings {
             balancer: BalancerKind::default(),
             acceleration: AccelerationKind::Bvh,
             shadows: true,
+            occlusion: None,
+            tone: Tone::default(),
             on_demand: false,
         }
     }
@@ -106,6 +113,8 @@ pub fn pipeline_with_geometry(
         renderer: settings.renderer,
         sampler: settings.sampler,
         shadows: settings.shadows,
+        occlusion: settings.occlusion,
+        tone: settings.tone,
     };
     let traverser = settings.traverser.build(TileSize::default(), settings.balancer);
     let state = State::new(stack, traverser, chosen);

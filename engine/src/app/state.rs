@@ -11,7 +11,8 @@ use crate::pipeline::{Balance, Frame, Plan, Stage};
 use crate::progress::Progress;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
-use crate::stack::Statistics;
+use crate::stack::{Occlusion, Statistics};
+use crate::tone::Tone;
 use crate::traverse::{ImageTraverser, traverse_frame};
 
 /// Everything that may change between frames. Changes go through [`Handle::send`](crate::pipeline::Handle::send).
@@ -39,6 +40,22 @@ pub struct Chosen {
     pub sampler: SamplerKind,
     /// Are there shadows?
     pub shadows: bool,
+    /// How far is it looked for what keeps ambient light away; `None`: nothing does.
+    pub occlusion: Option<f32>,
+    /// How what arrives is shown.
+    pub tone: Tone,
+}
+
+/// Rays that look for what keeps ambient light away from the hits of a pixel, where its samples are fewer: of that many the noise is hardly
+/// seen. And of one sample, which has to be quick.
+const OCCLUSION_RAYS: [u32; 2] = [64, 8];
+
+impl Chosen {
+    fn occlusion(&self) -> Option<Occlusion> {
+        let rays = (OCCLUSION_RAYS[0] / self.sampler.samples()).clamp(1, OCCLUSION_RAYS[1]);
+        let distance = self.occlusion.or((self.renderer == RendererKind::AmbientOcclusion).then_some(f32::INFINITY));
+        distance.map(|distance| Occlusion { rays, distance })
+    }
 }
 
 /// Rays by kind.
@@ -68,6 +85,8 @@ impl State {
         stack.renderer = chosen.renderer.build();
         stack.sampler = chosen.sampler.build();
         stack.scene.shadows = chosen.shadows;
+        stack.scene.occlusion = chosen.occlusion();
+        stack.tone = chosen.tone;
         Self { stack, traverser, progress: Progress::default(), chosen, rays: Mutex::default() }
     }
 
@@ -90,6 +109,12 @@ impl State {
         }
         if before.shadows != chosen.shadows {
             self.stack.scene.shadows = chosen.shadows;
+        }
+        if before.tone != chosen.tone {
+            self.stack.tone = chosen.tone;
+        }
+        if before.occlusion() != chosen.occlusion() {
+            self.stack.scene.occlusion = chosen.occlusion();
         }
     }
 

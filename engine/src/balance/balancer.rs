@@ -25,8 +25,8 @@ pub trait LoadBalancer: Debug + Send + Sync {
         self.reset(costs.len(), threads);
     }
 
-    /// Whether knowing costs makes it better.
-    fn wants_costs(&self) -> bool {
+    /// Whether knowing costs makes it better for so many threads.
+    fn wants_costs(&self, _threads: usize) -> bool {
         false
     }
 

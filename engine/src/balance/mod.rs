@@ -1,8 +1,8 @@
 //! Load balancers: who gets which part of a frame's work, and when.
 //!
 //! Source: Bigler, Stephens and Parker 2006, section 5.4. A balancer knows nothing of pictures: it hands out the numbers
-//! `0..items`, each exactly once, as ranges. [`WorkQueue`] is the default; [`ByCost`] wants to know what items cost, and is
-//! for many processors; [`Cyclic`] and [`Static`] are what to measure them against.
+//! `0..items`, each exactly once, as ranges. [`WorkQueue`] is for few threads; [`ByCost`] wants to know what items cost, and is
+//! for many; [`ByThreads`], the default, is the one or the other; [`Cyclic`] and [`Static`] are what to measure them against.
 //!
 //! ```
 //! use mobula::balance::{BalancerKind, LoadBalancer};
@@ -19,6 +19,7 @@
 
 mod balancer;
 mod by_cost;
+mod by_threads;
 mod cyclic;
 mod kind;
 mod places;
@@ -29,6 +30,7 @@ mod work_queue;
 
 pub use balancer::{LoadBalancer, MAX_THREADS, even_share};
 pub use by_cost::ByCost;
+pub use by_threads::ByThreads;
 pub use cyclic::Cyclic;
 pub use kind::{BalancerKind, UnknownBalancer};
 pub use static_shares::Static;

@@ -17,7 +17,8 @@ use mobula::image::Size;
 use mobula::load::FORMATS;
 use mobula::medium::{DEFAULT_STEP, Fog};
 use mobula::renderer::RendererKind;
-use mobula::sampler::SamplerKind;
+use mobula::sampler::{Filter, SamplerKind};
+use mobula::tone::{Curve, Tone};
 use mobula::traverse::TraverserKind;
 use mobula::volume::Preset;
 use mobula_core::simd::Level;
@@ -28,8 +29,9 @@ use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, distance,
-    finite, fog, fov, part, plane, png, point, samples, size, step_length, threads, transfer, up, window,
+    Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, crease,
+    distance, exposure, finite, fog, fov, part, plane, png, point, reach, samples, size, step_length, threads,
+    transfer, up, window,
 };
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -120,20 +122,24 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) renderer: Option<RendererKind>,
 
-    /// Samples per pixel, a square number up to 1024 [default: 16 for pictures in files, else 1]
+    /// Samples per pixel; powers of two are spread best [default: 16 for pictures in files, else 1]
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
     pub(crate) samples: Option<SamplerKind>,
 
-    /// Pixel sampler: single, or jittered:K for K x K samples per pixel [default: jittered:4 for pictures in files, else single]
+    /// Pixel sampler: single, or sobol:N for N samples per pixel [default: sobol:16 for pictures in files, else single]
     #[arg(long, value_name = "NAME")]
     pub(crate) sampler: Option<SamplerKind>,
+
+    /// What several samples count for a pixel: box, gaussian or mitchell (sharper) [default: gaussian]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) filter: Option<Filter>,
 
     /// Image traverser: tiled, progressive (coarse at once, then refined frame by frame), deadline:MILLISECONDS or null
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) traverser: TraverserKind,
 
-    /// Load balancer: work-queue, work-queue:GRANULARITY, by-cost (learns what tiles cost; for many processors), cyclic or
-    /// static
+    /// Load balancer: auto (by the number of threads), work-queue, work-queue:GRANULARITY, by-cost (learns what tiles cost; for
+    /// many processors), cyclic or static
     #[arg(long, value_name = "NAME", default_value_t)]
     pub(crate) balancer: BalancerKind,
 
@@ -176,9 +182,28 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "DENSITY[,COLOUR]", value_parser = as_given(fog))]
     pub(crate) fog: Option<Given<Fog>>,
 
+    /// Meshes without normals are smooth where triangles meet at less than this angle, from 0 (they keep their facets) to 180 degrees
+    /// [default: 30]
+    #[arg(long, value_name = "DEGREES", value_parser = crease)]
+    pub(crate) smooth: Option<f32>,
+
     /// No shadows
     #[arg(long, action = ArgAction::SetTrue)]
     pub(crate) no_shadows: bool,
+
+    #[arg(
+        long, value_name = "NAME",
+        help = format!("What becomes of light that is brighter than a screen: {} [default: {}]", list(Curve::NAMES), Tone::default().curve)
+    )]
+    pub(crate) tone: Option<Curve>,
+
+    /// Make everything brighter, or darker if negative: by how many powers of 2 [default: 0]
+    #[arg(long, value_name = "STOPS", value_parser = exposure, allow_hyphen_values = true)]
+    pub(crate) exposure: Option<f32>,
+
+    /// Ambient occlusion: less ambient light where things are near, at most DISTANCE away, or as far as the scene goes; 0: none
+    #[arg(long, value_name = "DISTANCE", value_parser = reach, num_args = 0..=1, default_missing_value = "inf", require_equals = true)]
+    pub(crate) ao: Option<f64>,
 
     /// Where the only light is [default: the lights of the scene, or one to the upper left of its own view]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
@@ -303,6 +328,7 @@ impl SceneOptions {
         option("isa", self.isa.map(|level| level.to_string()));
         option("up", self.up.0.map(|up| if up == Up::Y { "y" } else { "z" }.to_owned()));
         option("background", self.background.as_ref().map(|given| given.words.clone()));
+        option("smooth", self.smooth.map(|degrees| degrees.to_string()));
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
         option("light", self.light.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
         // Those that a viewer can change are its own to tell.

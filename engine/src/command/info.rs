@@ -11,9 +11,10 @@ use super::scene::{gather, grouped};
 use super::{memory, particles, print, print_object, volumes};
 
 /// Counts that the JSON object always has.
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "vertices",
     "normals",
+    "made_normals",
     "texture_coordinates",
     "faces",
     "triangles",
@@ -25,7 +26,7 @@ const KEYS: [&str; 10] = [
 ];
 
 pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
-    let loaded = gather(&options.files, &options.raw, &memory::memory(options.memory))?;
+    let loaded = gather(&options.files, &options.raw, None, &memory::memory(options.memory))?;
     let (scene, report, place) = (&loaded.scene, &loaded.report, &loaded.place);
     if options.json {
         let materials: Vec<_> = scene.materials.iter().map(|named| named.name.as_str()).collect();

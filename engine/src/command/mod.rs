@@ -47,6 +47,7 @@ use mobula::sampler::SamplerKind;
 use mobula::scene::Time;
 use mobula::scene::{Geometries, Rendering, Steps};
 use mobula::stack::Scene;
+use mobula::tone::Tone;
 use mobula_core::simd::AnyToken;
 use serde_json::Value;
 
@@ -233,12 +234,13 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
 
     let memory = memory::memory(options.memory);
     #[cfg_attr(not(feature = "window"), allow(unused_variables, reason = "for windows"))]
-    let Loaded { mut scene, place, report } = scene::gather(&options.scenes, &options.raw, &memory)?;
+    let Loaded { mut scene, place, report } = scene::gather(&options.scenes, &options.raw, options.smooth, &memory)?;
     #[cfg(feature = "window")]
     let of_file = report.format == SCENE_FILE;
     // Options win over what scene files say.
     let said = scene.rendering.clone();
     let usual = Settings::default();
+    let of_pixels = options.samples.or(options.sampler).or(said.sampler).unwrap_or(sampler);
     let mut settings = Settings {
         token,
         packet,
@@ -247,11 +249,16 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         view: None,
         camera: options.camera.or(said.camera).unwrap_or(usual.camera),
         renderer: options.renderer.or(said.renderer).unwrap_or(usual.renderer),
-        sampler: options.samples.or(options.sampler).or(said.sampler).unwrap_or(sampler),
+        sampler: options.filter.into_iter().fold(of_pixels, SamplerKind::with_filter),
         traverser: options.traverser,
         balancer: options.balancer,
         acceleration: options.accel,
         shadows: !options.no_shadows && said.shadows.unwrap_or(usual.shadows),
+        tone: Tone {
+            curve: options.tone.or(said.tone).unwrap_or(usual.tone.curve),
+            exposure: options.exposure.or(said.exposure).unwrap_or(usual.tone.exposure),
+        },
+        occlusion: options.ao.map(|reach| (reach * place.scale) as f32).or(said.occlusion).filter(|&reach| reach > 0.0),
         on_demand,
     };
     let step = options.volumes.step.or(said.time.map(|time| time.shown)).unwrap_or(0);

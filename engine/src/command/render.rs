@@ -7,7 +7,7 @@ use mobula::app::{RayCounts, State};
 use mobula::display::png::is_numbered;
 use mobula::load::printable;
 use mobula::pipeline::{Pipeline, Report};
-use mobula::sampler::SamplerKind;
+use mobula::sampler::{Filter, SamplerKind};
 use mobula::traverse::TraverserKind;
 use serde_json::json;
 
@@ -18,7 +18,7 @@ use super::scene::grouped;
 use super::{Prepared, prepare, print_object, say, signals, tell, viewpoints};
 
 /// How files are sampled unless somebody says how.
-const STILL: SamplerKind = SamplerKind::Jittered { side: 4 };
+const STILL: SamplerKind = SamplerKind::Sobol { samples: 16, filter: Filter::Gaussian };
 
 pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let Prepared { mut pipeline, settings, build_seconds, .. } = prepare(&options.scene, false, STILL)?;
@@ -77,6 +77,9 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
             "balancer": settings.balancer.to_string(),
             "acceleration": settings.acceleration.to_string(),
             "shadows": settings.shadows,
+            "occlusion": settings.occlusion.map(|reach| reach.to_string()),
+            "tone": settings.tone.curve.name(),
+            "exposure": settings.tone.exposure,
         }))?;
     }
     Ok(())

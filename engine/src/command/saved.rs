@@ -62,6 +62,9 @@ pub(crate) fn scene(
     saved.describe_volumes(&scene.objects, &scene.shown, |number| {
         transfer.get(number).or(transfer.last()).map(ToString::to_string)
     });
+    if let Some(degrees) = options.smooth {
+        saved.smooth(degrees);
+    }
     if let Some(values::Point(at)) = options.light {
         saved.light(at, Point::KEY.color.to_array());
     }

@@ -19,10 +19,15 @@ use super::{say, tell};
 const MOST_WARNINGS: usize = 8;
 
 /// Loads or makes all scenes and joins them into one; none: the built-in scene. `raw` says what is in files of nothing but numbers.
-/// Steps of particles that do not fit into `memory` are read when they are shown.
-pub(crate) fn gather(names: &[PathBuf], raw: &RawOptions, memory: &Memory) -> Result<Loaded, Failure> {
+/// Steps of particles that do not fit into `memory` are read when they are shown. Meshes are smoothed as `smooth` says.
+pub(crate) fn gather(
+    names: &[PathBuf],
+    raw: &RawOptions,
+    smooth: Option<f32>,
+    memory: &Memory,
+) -> Result<Loaded, Failure> {
     let (raw, raw_particles) = (raw.raw(), raw.particles());
-    let mut options = Options { raw, raw_particles, memory: memory.clone(), ..Options::default() };
+    let mut options = Options { raw, raw_particles, smooth, memory: memory.clone(), ..Options::default() };
     let common = options.clone();
     let mut parts = Gathering::new(&common, load::load_with);
     for name in names {
@@ -151,7 +156,7 @@ mod tests {
 
     #[test]
     fn the_built_in_scene_is_counted() {
-        let loaded = gather(&[], &RawOptions::default(), &Memory::default()).unwrap();
+        let loaded = gather(&[], &RawOptions::default(), None, &Memory::default()).unwrap();
         let census = &loaded.report.census;
         assert!(census.count("triangles") > 0 && census.count("spheres") > 0);
         assert_eq!(census.left_out(), 0);

@@ -10,7 +10,8 @@ use mobula::color;
 use mobula::image::Size;
 use mobula::medium::{Fog, LEAST_STEP};
 use mobula::pipeline::MAX_THREADS;
-use mobula::sampler::SamplerKind;
+use mobula::sampler::{SamplerKind, Sobol};
+use mobula::tone::Tone;
 use mobula::volume::Preset;
 
 /// An axis, or a guess.
@@ -140,13 +141,8 @@ pub(super) fn threads(text: &str) -> Result<usize, String> {
 }
 
 pub(super) fn samples(text: &str) -> Result<SamplerKind, String> {
-    let problem = || "give a square number from 1 to 1024, such as 1, 4, 9 or 16".to_owned();
-    let count: u32 = text.parse().map_err(|_| problem())?;
-    let side = count.isqrt();
-    if side * side != count || !(1..=32).contains(&side) {
-        return Err(problem());
-    }
-    Ok(if side == 1 { SamplerKind::Single } else { SamplerKind::Jittered { side } })
+    let count = text.parse().ok().filter(|count| (1..=Sobol::MOST).contains(count));
+    count.map(SamplerKind::of_samples).ok_or_else(|| format!("there can be 1 to {} samples", Sobol::MOST))
 }
 
 /// A point with the numbers of a file.
@@ -165,6 +161,17 @@ pub(super) fn point(text: &str) -> Result<Point, String> {
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| "give numbers with commas between them, such as 300 or -200,300".into())
+}
+
+pub(super) fn exposure(text: &str) -> Result<f32, String> {
+    let most = Tone::MOST_EXPOSURE;
+    let stops = text.trim().parse().ok().filter(|stops: &f32| stops.abs() <= most);
+    stops.ok_or_else(|| format!("give a number from -{most} to {most}"))
+}
+
+pub(super) fn reach(text: &str) -> Result<f64, String> {
+    let reach = text.trim().parse().ok().filter(|reach: &f64| *reach >= 0.0);
+    reach.ok_or_else(|| "give a distance from 0 on, or inf".into())
 }
 
 pub(super) fn part(text: &str) -> Result<f32, String> {
@@ -187,6 +194,11 @@ pub(super) fn plane(text: &str) -> Result<Plane, String> {
 pub(super) fn fov(text: &str) -> Result<f32, String> {
     let angle = text.parse().ok().filter(|angle| (1.0..=170.0).contains(angle));
     angle.ok_or_else(|| "give an angle from 1 to 170 degrees".into())
+}
+
+pub(super) fn crease(text: &str) -> Result<f32, String> {
+    let angle = text.parse().ok().filter(|angle| (0.0..=180.0).contains(angle));
+    angle.ok_or_else(|| "give an angle from 0 (facets) to 180 degrees".into())
 }
 
 pub(super) fn distance(text: &str) -> Result<f32, String> {
@@ -274,8 +286,8 @@ mod tests {
             assert!(point(bad).is_err(), "{bad}");
         }
         assert_eq!(samples("1"), Ok(SamplerKind::Single));
-        assert_eq!(samples("16"), Ok(SamplerKind::Jittered { side: 4 }));
-        for bad in ["0", "2", "1025", "1089", "-4", "4294967295"] {
+        assert_eq!(samples("16"), Ok(SamplerKind::of_samples(16)));
+        for bad in ["0", "65537", "1.5", "-4", "4294967296"] {
             assert!(samples(bad).is_err(), "{bad}");
         }
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("two").is_err());
@@ -305,6 +317,10 @@ mod tests {
         assert_eq!(lengths("0.5,1,2"), Ok(Lengths([0.5, 1.0, 2.0])));
         for bad in ["", "1,1", "1,0,1", "1,nan,1", "1,-1,1", "1,inf,1"] {
             assert!(lengths(bad).is_err(), "{bad}");
+        }
+        assert_eq!(["0", "30", "180"].map(crease), [Ok(0.0), Ok(30.0), Ok(180.0)]);
+        for bad in ["", "-1", "181", "nan", "30 degrees"] {
+            assert!(crease(bad).is_err(), "{bad}");
         }
         #[cfg(feature = "window")]
         assert_eq!(["a/b.obj", "a b", "it's", ""].map(quoted), ["a/b.obj", "'a b'", r"'it'\''s'", "''"]);

@@ -26,7 +26,7 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
         Ok(connection) => show(connection, options),
         Err(error) => {
             // What is wrong with the scenes is told first: it is wrong on every display.
-            scene::gather(&options.scenes, &options.raw, &memory::memory(options.memory))?;
+            scene::gather(&options.scenes, &options.raw, options.smooth, &memory::memory(options.memory))?;
             Err(error.into())
         }
     }

@@ -17,12 +17,18 @@ fn normal(center: Vec3, position: Vec3) -> Vec3 {
     }
 }
 
-/// Unit normals, outwards.
+/// Unit normals, outwards, and the radii.
 #[inline(always)]
-pub(super) fn normals(hits: &Hits<'_>, mut out: [&mut [f32]; 3], sphere: impl Fn(usize) -> Option<(Vec3, f32)>) {
+pub(super) fn normals(
+    hits: &Hits<'_>,
+    mut out: [&mut [f32]; 3],
+    radii: &mut [f32],
+    sphere: impl Fn(usize) -> Option<(Vec3, f32)>,
+) {
     for (i, &k) in hits.primitives.iter().enumerate() {
-        let (center, _) = sphere(k as usize).unwrap_or_default();
+        let (center, radius) = sphere(k as usize).unwrap_or_default();
         set_vec3(&mut out, i, normal(center, hits.position(i)));
+        radii[i] = radius;
     }
 }
 
@@ -58,13 +64,5 @@ pub(super) fn derivatives(
             if flat > 0.0 { Vec3::new(-r.x * r.y / flat, flat, -r.z * r.y / flat) } else { Vec3::new(-r.y, 0.0, 0.0) };
         set_vec3(&mut out_u, i, Vec3::new(-r.z, 0.0, r.x) * around);
         set_vec3(&mut out_v, i, north * (0.5 * around));
-    }
-}
-
-/// The radii.
-#[inline(always)]
-pub(super) fn error_scales(hits: &Hits<'_>, out: &mut [f32], sphere: impl Fn(usize) -> Option<(Vec3, f32)>) {
-    for (out, &k) in out.iter_mut().zip(hits.primitives) {
-        *out = sphere(k as usize).map_or(0.0, |(_, radius)| radius);
     }
 }

@@ -87,6 +87,11 @@ impl Census {
         self.counts.iter().filter(|(item, _)| item.role == Role::LeftOut).map(|(_, count)| count).sum()
     }
 
+    /// The same with other bounds.
+    pub fn within(self, bounds: (Vec3, Vec3)) -> Self {
+        Self { bounds, ..self }
+    }
+
     /// Makes the bounds hold all points within `radius` of `point` on each axis.
     #[inline(always)]
     pub fn include(&mut self, point: Vec3, radius: f32) {

@@ -64,9 +64,6 @@ impl Geometries {
     /// # Errors
     /// If a geometry has more primitives than there are numbers, or there is no memory.
     pub fn build(list: Vec<Arc<dyn Geometry>>, build: &Build) -> Result<Self, SceneError> {
-        let censuses: Vec<Census> = list.iter().map(|geometry| geometry.census()).collect();
-        let mut census = Census::default();
-        censuses.iter().for_each(|one| census.merge(one));
         let mut groups = Vec::new();
         let parts = share(&list)?;
         build.progress.expect(list.iter().map(|geometry| 2 * geometry.primitives() as u64).sum());
@@ -81,7 +78,30 @@ impl Geometries {
             groups.push(Group { structure, members, materials, translucent, below: Vec::new() });
         }
         let places = number(&list, &mut groups);
-        Ok(Self { list, groups, census, censuses, places })
+        let censuses = vec![Census::default(); list.len()];
+        let mut all = Self { list, groups, census: Census::default(), censuses, places };
+        all.count(|_| true);
+        Ok(all)
+    }
+
+    /// Counts what is in geometries that are new. Where a structure knows that nothing is left out, and the bounds of it all, primitives
+    /// need not be looked at.
+    fn count(&mut self, is_new: impl Fn(usize) -> bool) {
+        let mut bounds = vec![None; self.list.len()];
+        for group in &self.groups {
+            let whole = group.structure.whole_bounds();
+            group.members.iter().for_each(|member| bounds[member.geometry as usize] = whole);
+        }
+        self.census = Census::default();
+        for (number, (census, geometry)) in self.censuses.iter_mut().zip(&self.list).enumerate() {
+            if is_new(number) {
+                *census = match (bounds[number], geometry.counts()) {
+                    (Some(bounds), Some(counts)) => counts.within(bounds),
+                    _ => geometry.census(),
+                };
+            }
+            self.census.merge(census);
+        }
     }
 
     /// The geometries, by number.
@@ -119,6 +139,12 @@ impl Geometries {
         self.list.iter().for_each(|geometry| geometry.extremes(visit));
     }
 
+    /// As [`extremes`](Self::extremes), for some `count` of the primitives, where they are many more.
+    pub fn some_extremes(&self, count: usize, visit: &mut dyn FnMut(Vec3)) {
+        let step = self.list.iter().map(|geometry| geometry.primitives()).sum::<usize>().div_ceil(count).max(1);
+        self.list.iter().for_each(|geometry| geometry.some_extremes(step, visit));
+    }
+
     /// Replaces the geometries by others whose primitives are the same, at other places, and
     /// [refits](super::Structure::refit) the structures: what animation calls before a frame. Where all geometries of a structure are
     /// the same as before, nothing is done for it.
@@ -141,22 +167,21 @@ impl Geometries {
             return Err(NeedsRebuild);
         }
         let same = |number: usize| Arc::ptr_eq(&list[number], &self.list[number]);
+        // What shares a structure with what is new has the bounds of both.
+        let mut is_new: Vec<bool> = (0..list.len()).map(|number| !same(number)).collect();
         for group in &mut self.groups {
             if group.members.iter().all(|member| same(member.geometry as usize)) {
                 continue;
             }
+            group.members.iter().for_each(|member| is_new[member.geometry as usize] = true);
             let members: Vec<_> = group.members.iter().map(|member| list[member.geometry as usize].clone()).collect();
             group.structure.refit(&members);
             group.materials = materials_of(members.iter().map(|member| &**member));
             group.translucent = members.iter().any(|member| member.is_translucent());
         }
-        for number in (0..list.len()).filter(|&number| !same(number)) {
-            self.censuses[number] = list[number].census();
-        }
-        self.census = Census::default();
-        self.censuses.iter().for_each(|census| self.census.merge(census));
         self.places = number(&list, &mut self.groups);
         self.list = list;
+        self.count(|number| is_new[number]);
         Ok(())
     }
 
@@ -320,6 +345,28 @@ mod tests {
         }
         geometries.intersect(AnyToken::detect(), &mut packet, 5);
         (packet.runs().to_vec(), packet.primitives()[0], packet.rays().t_max()[0])
+    }
+
+    #[test]
+    fn what_structures_know_is_what_a_look_at_all_primitives_finds() {
+        let flat: Arc<dyn Geometry> =
+            Arc::new(Mesh { positions: vec![[7.0; 3]; 4], triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() });
+        let look = |list: &[Arc<dyn Geometry>]| {
+            let mut all = Census::default();
+            list.iter().for_each(|geometry| all.merge(&geometry.census()));
+            all
+        };
+        let whole = [square(0.0, vec![]), square(2.0, vec![]), sphere(5.0)];
+        let mut geometries = build(whole.to_vec());
+        assert_eq!(geometries.census(), &look(&whole));
+        // Moved, without area, and as before: the bounds follow.
+        for second in [square(-3.0, vec![]), flat.clone(), whole[1].clone()] {
+            let list = [whole[0].clone(), second, whole[2].clone()];
+            geometries.refit(list.to_vec()).unwrap();
+            assert_eq!(geometries.census(), &look(&list));
+        }
+        let list = [whole[0].clone(), flat];
+        assert_eq!(build(list.to_vec()).census(), &look(&list));
     }
 
     #[test]

@@ -147,12 +147,17 @@ impl Geometry for IsoSurfaces {
 }
 
 impl Surface for IsoSurfaces {
-    fn geometric_normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
+    /// The error scale is the extent of the grid.
+    fn geometric_normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3], error_scales: &mut [f32]) {
         self.fill_normals(hits, Gradient::Exact, &mut out);
+        let (grid, spacing) = (self.field().grid(), self.field().grid().place().spacing());
+        let extent = (0..3).map(|axis| spacing[axis] * grid.dims()[axis] as f64).fold(0.0, f64::max);
+        error_scales.fill(extent as f32);
     }
 
-    fn normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
+    fn normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) -> bool {
         self.fill_normals(hits, Gradient::Smooth, &mut out);
+        true
     }
 
     /// The position in the grid, from 0 to 1.
@@ -162,13 +167,6 @@ impl Surface for IsoSurfaces {
             let at = self.field().cells_of(hits.position(i)) / DVec3::from(most);
             set_vec3(&mut out, i, at.as_vec3());
         }
-    }
-
-    /// The extent of the grid.
-    fn error_scales(&self, _: &Hits<'_>, out: &mut [f32]) {
-        let (grid, spacing) = (self.field().grid(), self.field().grid().place().spacing());
-        let extent = (0..3).map(|axis| spacing[axis] * grid.dims()[axis] as f64).fold(0.0, f64::max);
-        out.fill(extent as f32);
     }
 }
 

@@ -29,6 +29,12 @@ pub trait Geometry: Surface + Any + Debug + Send + Sync {
     /// Looks at every primitive: bounds, counts by name, and what is left out.
     fn census(&self) -> Census;
 
+    /// The census of a geometry of which no primitive is left out, but for the bounds, if it takes no look at every primitive; the bounds
+    /// are then those of its structure. `None` unless the kind knows better.
+    fn counts(&self) -> Option<Census> {
+        None
+    }
+
     /// Calls `visit` with points that show how far the geometry reaches: cameras are placed so that they see all of them. The corners
     /// of the bounds, unless the kind knows better.
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
@@ -38,6 +44,12 @@ pub trait Geometry: Surface + Any + Debug + Send + Sync {
                 visit(Vec3::select(BVec3::new(corner & 1 > 0, corner & 2 > 0, corner & 4 > 0), low, high));
             }
         }
+    }
+
+    /// As [`extremes`](Self::extremes), for one primitive of each `step`, [drawn](draw) from them: enough to tell where most are. All,
+    /// unless the kind knows better.
+    fn some_extremes(&self, _step: usize, visit: &mut dyn FnMut(Vec3)) {
+        self.extremes(visit);
     }
 
     /// The index of the material that all primitives have, [`DEFAULT_MATERIAL`] unless the kind knows better; or, where they differ,
@@ -84,6 +96,11 @@ pub trait Structure: EveryWidth + Debug + Send + Sync {
     /// Bytes that it occupies.
     fn bytes(&self) -> usize;
 
+    /// The bounds of all primitives, where it is known that none is left out. `None` unless the kind knows better.
+    fn whole_bounds(&self) -> Option<(Vec3, Vec3)> {
+        None
+    }
+
     /// Could it [`refit`](Self::refit) to these?
     fn can_refit(&self, members: &[Arc<dyn Geometry>]) -> bool;
 
@@ -92,9 +109,31 @@ pub trait Structure: EveryWidth + Debug + Send + Sync {
     fn refit(&mut self, members: &[Arc<dyn Geometry>]);
 }
 
+/// One number of each `step` below `count`: it looks random which, as primitives come in patterns, but is the same each time.
+pub fn draw(count: usize, step: usize) -> impl Iterator<Item = usize> {
+    let lot = |number: usize| (number as u32 ^ 0x5bd1_e995).wrapping_mul(0x9e37_79b1) as usize >> 7;
+    (0..count).step_by(step.max(1)).map(move |first| first + lot(first) % step.clamp(1, count - first))
+}
+
 /// Adds `shift` to an index of a material, unless it is [`DEFAULT_MATERIAL`].
 pub fn shift_material(index: &mut u32, shift: u32) {
     if *index != DEFAULT_MATERIAL {
         *index = index.saturating_add(shift);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_each_step_is_drawn() {
+        for (count, step) in [(0, 1), (1, 1), (100, 1), (100, 7), (1000, 64), (5, 9)] {
+            let drawn: Vec<usize> = draw(count, step).collect();
+            assert_eq!(drawn.len(), count.div_ceil(step));
+            let in_step = |(i, &number): (usize, &usize)| number / step == i && number < count;
+            assert!(drawn.iter().enumerate().all(in_step), "{count} {step}: {drawn:?}");
+        }
+        assert_eq!(draw(50, 1).collect::<Vec<_>>(), (0..50).collect::<Vec<_>>());
     }
 }

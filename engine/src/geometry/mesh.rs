@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use mobula_core::leaf::TriangleBlock;
+use mobula_core::leaf::{Block, TriangleBlock};
 
-use super::triangle::{barycentric, normal, normal_f64};
-use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
+use super::triangle::{Interpolated, Planes, barycentric, normal_f64, surely_has_area};
+use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, draw, shift_material};
 use crate::accel::Build;
-use crate::math::normalize;
 use crate::packet::{Hits, Surface, set_vec3};
 
 /// "None", as an index of a normal or of texture coordinates.
@@ -83,6 +82,8 @@ impl Mesh {
     pub const VERTICES: Item = Item::detail("vertices", "vertex", "vertices");
     /// What a census counts: corner normals.
     pub const NORMALS: Item = Item::detail("normals", "normal", "normals");
+    /// What a census counts: corner normals that [`smooth`](Self::smooth) made.
+    pub const MADE_NORMALS: Item = Item::detail("made_normals", "normal made", "normals made");
     /// What a census counts: corner texture coordinates.
     pub const TEXTURE_COORDINATES: Item =
         Item::detail("texture_coordinates", "texture coordinate", "texture coordinates");
@@ -109,7 +110,7 @@ impl Mesh {
     }
 
     /// Positions of the three corners of triangle `i`; `None` if an index is out of range.
-    #[inline]
+    #[inline(always)]
     pub fn corners(&self, i: usize) -> Option<[Vec3; 3]> {
         let [a, b, c] = *self.triangles.get(i)?;
         let at = |index: u32| self.positions.get(index as usize).map(|&p| Vec3::from(p));
@@ -123,12 +124,23 @@ impl Mesh {
     }
 
     /// The corners of triangle `i`, or why it is left out.
+    #[inline(always)]
     fn triangle(&self, i: usize) -> Result<[Vec3; 3], Item> {
         let corners = self.corners(i).ok_or(OUT_OF_RANGE)?;
-        if !corners.iter().all(|p| p.is_finite()) {
-            return Err(NOT_FINITE);
-        }
-        if normal_f64(corners) == [0.0; 3] { Err(DEGENERATE) } else { Ok(corners) }
+        if surely_has_area(corners) { Ok(corners) } else { doubtful(corners) }
+    }
+
+    /// A census with what looking at the triangles found.
+    fn counted(&self, found: &Census) -> Census {
+        let mut census = Census::default();
+        census.add(Self::VERTICES, self.positions.len() as u64);
+        census.add(Self::NORMALS, self.normals.len() as u64);
+        census.add(Self::TEXTURE_COORDINATES, self.texture_coordinates.len() as u64);
+        census.add(Self::FACES, self.triangles.len() as u64);
+        census.add(Self::TRIANGLES, self.triangles.len() as u64);
+        census.merge(found);
+        census.add(Self::GROUPS, self.groups.len() as u64);
+        census
     }
 
     /// The three corner normals of triangle `i`, if it has them all.
@@ -164,11 +176,26 @@ impl Mesh {
     }
 }
 
+/// The corners of a triangle that may have no area, or why it is left out.
+#[cold]
+fn doubtful(corners: [Vec3; 3]) -> Result<[Vec3; 3], Item> {
+    if !corners.iter().all(|p| p.is_finite()) {
+        return Err(NOT_FINITE);
+    }
+    if normal_f64(corners) == [0.0; 3] { Err(DEGENERATE) } else { Ok(corners) }
+}
+
 impl InTree for Mesh {
     type Leaf = TriangleBlock;
 
+    #[inline(always)]
     fn primitive(&self, i: usize) -> Option<[[f32; 3]; 3]> {
         self.triangle(i).ok().map(|corners| corners.map(|p| p.to_array()))
+    }
+
+    #[inline(always)]
+    fn sound(&self, i: usize) -> [[f32; 3]; 3] {
+        self.corners(i).map_or(TriangleBlock::NOWHERE, |corners| corners.map(|p| p.to_array()))
     }
 }
 
@@ -182,24 +209,26 @@ impl Geometry for Mesh {
     }
 
     fn census(&self) -> Census {
-        let mut census = Census::default();
-        census.add(Self::VERTICES, self.positions.len() as u64);
-        census.add(Self::NORMALS, self.normals.len() as u64);
-        census.add(Self::TEXTURE_COORDINATES, self.texture_coordinates.len() as u64);
-        census.add(Self::FACES, self.triangles.len() as u64);
-        census.add(Self::TRIANGLES, self.triangles.len() as u64);
+        let mut found = Census::default();
         for i in 0..self.triangles.len() {
             match self.triangle(i) {
-                Ok(corners) => corners.into_iter().for_each(|corner| census.include(corner, 0.0)),
-                Err(reason) => census.add(reason, 1),
+                Ok(corners) => corners.into_iter().for_each(|corner| found.include(corner, 0.0)),
+                Err(reason) => found.add(reason, 1),
             }
         }
-        census.add(Self::GROUPS, self.groups.len() as u64);
-        census
+        self.counted(&found)
+    }
+
+    fn counts(&self) -> Option<Census> {
+        Some(self.counted(&Census::default()))
     }
 
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        (0..self.triangles.len()).filter_map(|i| self.triangle(i).ok()).flatten().for_each(visit);
+        self.some_extremes(1, visit);
+    }
+
+    fn some_extremes(&self, step: usize, visit: &mut dyn FnMut(Vec3)) {
+        draw(self.triangles.len(), step).filter_map(|i| self.triangle(i).ok()).flatten().for_each(visit);
     }
 
     fn materials(&self, primitives: &[u32], out: &mut [u32]) -> Option<u32> {
@@ -225,30 +254,20 @@ impl Geometry for Mesh {
 }
 
 impl Surface for Mesh {
-    /// Towards the side from which the corners are counter-clockwise.
-    fn geometric_normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
-        for (i, &k) in hits.primitives.iter().enumerate() {
-            set_vec3(&mut out, i, self.corners(k as usize).map_or(Vec3::Y, normal));
-        }
+    /// Towards the side from which the corners are counter-clockwise; the greatest coordinate of the longest edge.
+    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3], error_scales: &mut [f32]) {
+        let corners = |k: u32| self.corners(k as usize);
+        hits.token.run(Planes { primitives: hits.primitives, corners, normals: out, extents: error_scales });
     }
 
     /// Interpolated where all corners have normals.
-    fn normals(&self, hits: &Hits<'_>, mut out: [&mut [f32]; 3]) {
-        for (i, &k) in hits.primitives.iter().enumerate() {
-            let k = k as usize;
-            let shading = self.corners(k).map_or(Vec3::Y, |corners| {
-                self.corner_normals(k).map_or_else(
-                    || normal(corners),
-                    |[a, b, c]| {
-                        let [u, v, w] = barycentric(corners, hits.ray(i));
-                        let n = a * u + b * v + c * w;
-                        let length_squared = n.dot(n);
-                        if length_squared > 1e-12 && length_squared < 1e12 { normalize(n) } else { normal(corners) }
-                    },
-                )
-            });
-            set_vec3(&mut out, i, shading);
+    fn normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) -> bool {
+        if self.triangle_normals.is_empty() {
+            return false;
         }
+        let (corners, corner_normals) = (|k: u32| self.corners(k as usize), |k: u32| self.corner_normals(k as usize));
+        hits.token.run(Interpolated { hits, corners, corner_normals, out });
+        true
     }
 
     /// Interpolated, zero where there are none.
@@ -287,18 +306,12 @@ impl Surface for Mesh {
         }
         true
     }
-
-    /// The greatest coordinate of the longest edge.
-    fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
-        for (out, &k) in out.iter_mut().zip(hits.primitives) {
-            let extent = |[a, b, c]: [Vec3; 3]| (b - a).abs().max((c - a).abs()).max((c - b).abs()).max_element();
-            *out = self.corners(k as usize).map_or(0.0, extent);
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use mobula_core::simd::AnyToken;
+
     use super::*;
     use crate::packet::{columns3, part_mut, vec3};
 
@@ -318,14 +331,16 @@ mod tests {
     #[test]
     fn triangles_interpolate_what_their_corners_have() {
         let hits = Hits {
+            token: AnyToken::detect(),
             origins: [&[1.0], &[1.0], &[5.0]],
             directions: [&[0.0], &[0.0], &[-1.0]],
             t: &[5.0],
             primitives: &[0],
         };
         let (mesh, mut out, mut second) = (mesh(), columns3(1), columns3(1));
-        mesh.geometric_normals(&hits, part_mut(&mut out, 0..1));
-        assert_eq!(vec3(&out, 0), Vec3::Z);
+        let mut scale = [0.0];
+        mesh.geometric_normals(&hits, part_mut(&mut out, 0..1), &mut scale);
+        assert_eq!((vec3(&out, 0), scale), (Vec3::Z, [4.0]));
         // Weights 1/4, 1/4, 1/2.
         mesh.texture_coordinates(&hits, part_mut(&mut out, 0..1));
         assert!((vec3(&out, 0) - Vec3::new(0.25, 0.5, 0.0)).length() < 1e-6);
@@ -335,9 +350,6 @@ mod tests {
         assert_eq!((vec3(&out, 0), vec3(&second, 0)), (Vec3::X * 4.0, Vec3::Y * 2.0));
         assert!(mesh.colors(&hits, part_mut(&mut out, 0..1)));
         assert!((vec3(&out, 0) - Vec3::new(0.25, 0.25, 0.5)).length() < 1e-6);
-        let mut scale = [0.0];
-        mesh.error_scales(&hits, &mut scale);
-        assert_eq!(scale, [4.0]);
     }
 
     #[test]

@@ -5,6 +5,8 @@
 //! | `table` | the kinds that there are, with an example of each |
 //! | `geometries` | all geometry of a scene under one top-level structure |
 //! | `group` | a structure and the geometries in it |
+//! | `smooth` | normals for the corners of meshes that have none |
+//! | `fans` | which corners of triangles are at one point |
 //! | `mesh`, `triangle` | triangles with shared corners; the surface of one |
 //! | `spheres` | spheres |
 //! | `particles` | particles over time, cropped and coloured by their attributes |
@@ -15,6 +17,7 @@
 //! | `iso_surface` | surfaces of equal value in a volume |
 //! | `field`, `gradient` | a volume made ready for rays; how its values change |
 //! | `tree` | geometries of one kind in one bounding volume hierarchy |
+//! | `weld` | which points are equal |
 //! | `kind` | the traits: what a kind of geometry is, and what finds its hits |
 //! | `census` | bounds, counts by name, and what is left out |
 //!
@@ -24,6 +27,7 @@ mod ball;
 mod census;
 mod cloud;
 mod cloud_series;
+mod fans;
 mod field;
 mod geometries;
 mod gradient;
@@ -33,10 +37,12 @@ mod kind;
 mod mesh;
 mod opacity;
 mod particles;
+mod smooth;
 mod spheres;
 mod table;
 mod tree;
 mod triangle;
+mod weld;
 
 pub use census::{Census, Item, Role};
 pub use cloud::{Cloud, TooManyParticles};
@@ -46,10 +52,12 @@ pub use geometries::{Geometries, NeedsRebuild, SceneError};
 pub use gradient::Gradient;
 pub use group::{Depths, Translucent};
 pub use iso_surface::IsoSurfaces;
-pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, shift_material};
+pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, draw, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};
 pub use opacity::{Opacity, OpacityCurve, OpacityError};
 pub use particles::{Coloring, Cropping, Particles};
+pub use smooth::CREASE_ANGLE;
 pub use spheres::Spheres;
 pub use table::{KINDS, Kind};
 pub use tree::{InTree, Tree};
+pub(crate) use weld::Weld;

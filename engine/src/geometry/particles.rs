@@ -232,8 +232,8 @@ impl Geometry for Particles {
 }
 
 impl Surface for Particles {
-    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
-        ball::normals(hits, out, |place| self.cloud().sphere(place));
+    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3], error_scales: &mut [f32]) {
+        ball::normals(hits, out, error_scales, |place| self.cloud().sphere(place));
     }
 
     fn texture_coordinates(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
@@ -265,10 +265,6 @@ impl Surface for Particles {
             *out = if leaves && opacity < 1.0 { 0.0 } else { opacity };
         }
         true
-    }
-
-    fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
-        ball::error_scales(hits, out, |place| self.cloud().sphere(place));
     }
 }
 

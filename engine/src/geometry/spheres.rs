@@ -7,7 +7,7 @@ use mobula_core::kernel::sphere::RADII;
 use mobula_core::leaf::SphereBlock;
 
 use super::ball;
-use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, shift_material};
+use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, draw, shift_material};
 use crate::accel::Build;
 use crate::packet::{Hits, Surface, set_vec3};
 
@@ -81,7 +81,7 @@ impl Spheres {
     }
 
     /// Centre and radius of sphere `i`, or why it is left out.
-    fn sound(&self, i: usize) -> Result<(Vec3, f32), Item> {
+    fn checked(&self, i: usize) -> Result<(Vec3, f32), Item> {
         let (center, radius) = self.sphere(i).ok_or(WITHOUT_RADIUS)?;
         let ends_finite = (center.abs() + radius).is_finite();
         match () {
@@ -96,7 +96,7 @@ impl InTree for Spheres {
     type Leaf = SphereBlock;
 
     fn primitive(&self, i: usize) -> Option<[f32; 4]> {
-        self.sound(i).ok().map(|(center, radius)| center.extend(radius).to_array())
+        self.checked(i).ok().map(|(center, radius)| center.extend(radius).to_array())
     }
 }
 
@@ -113,7 +113,7 @@ impl Geometry for Spheres {
         let mut census = Census::default();
         census.add(SPHERES, self.centers.len() as u64);
         for i in 0..self.centers.len() {
-            match self.sound(i) {
+            match self.checked(i) {
                 Ok((center, radius)) => census.include(center, radius),
                 Err(reason) => census.add(reason, 1),
             }
@@ -123,7 +123,11 @@ impl Geometry for Spheres {
 
     /// The six ends of each sphere.
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        for (center, radius) in (0..self.centers.len()).filter_map(|i| self.sound(i).ok()) {
+        self.some_extremes(1, visit);
+    }
+
+    fn some_extremes(&self, step: usize, visit: &mut dyn FnMut(Vec3)) {
+        for (center, radius) in draw(self.centers.len(), step).filter_map(|i| self.checked(i).ok()) {
             for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
                 visit(center + axis * radius);
                 visit(center - axis * radius);
@@ -155,8 +159,8 @@ impl Geometry for Spheres {
 
 impl Surface for Spheres {
     /// Outwards.
-    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
-        ball::normals(hits, out, |k| self.sphere(k));
+    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3], error_scales: &mut [f32]) {
+        ball::normals(hits, out, error_scales, |k| self.sphere(k));
     }
 
     /// Longitude and latitude, 0..1, around y.
@@ -178,15 +182,12 @@ impl Surface for Spheres {
         }
         true
     }
-
-    /// The radii.
-    fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]) {
-        ball::error_scales(hits, out, |k| self.sphere(k));
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use mobula_core::simd::AnyToken;
+
     use super::*;
     use crate::packet::{columns3, part_mut, vec3};
 
@@ -194,14 +195,16 @@ mod tests {
     fn spheres_have_normals_and_longitudes() {
         let spheres = Spheres { centers: vec![[1.0, 0.0, 0.0]], radii: vec![2.0], ..Spheres::default() };
         let hits = Hits {
+            token: AnyToken::detect(),
             origins: [&[10.0], &[0.0], &[0.0]],
             directions: [&[-1.0], &[0.0], &[0.0]],
             t: &[7.0],
             primitives: &[0],
         };
         let (mut out, mut second) = (columns3(1), columns3(1));
-        spheres.normals(&hits, part_mut(&mut out, 0..1));
-        assert_eq!(vec3(&out, 0), Vec3::X);
+        let mut scale = [0.0];
+        spheres.geometric_normals(&hits, part_mut(&mut out, 0..1), &mut scale);
+        assert_eq!((vec3(&out, 0), scale), (Vec3::X, [2.0]));
         spheres.texture_coordinates(&hits, part_mut(&mut out, 0..1));
         assert_eq!(vec3(&out, 0), Vec3::new(0.5, 0.5, 0.0));
         spheres.derivatives(&hits, [part_mut(&mut out, 0..1), part_mut(&mut second, 0..1)]);

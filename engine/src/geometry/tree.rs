@@ -3,7 +3,9 @@
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::Vec3;
 use mobula_core::bvh::{Bvh, Quality};
 use mobula_core::leaf::Block;
 use mobula_core::simd::AnyToken;
@@ -23,6 +25,11 @@ pub trait InTree: Geometry {
 
     /// What the hierarchy knows of primitive `i`; `None` if it is left out.
     fn primitive(&self, i: usize) -> Option<<Self::Leaf as Block>::Primitive>;
+
+    /// Primitive `i`, which is known not to be left out.
+    fn sound(&self, i: usize) -> <Self::Leaf as Block>::Primitive {
+        self.primitive(i).unwrap_or(<Self::Leaf as Block>::NOWHERE)
+    }
 }
 
 /// Geometries of one kind in one hierarchy.
@@ -33,6 +40,8 @@ pub struct Tree<G: InTree> {
     counts: Vec<usize>,
     /// The ids of primitives that were left out when the hierarchy was built.
     left_out: Vec<u32>,
+    /// Is none left out now?
+    whole: bool,
     /// Is every primitive tried, without the hierarchy?
     all: bool,
     kind: PhantomData<fn() -> G>,
@@ -63,13 +72,26 @@ impl<'a, G: InTree> Members<'a, G> {
         self.firsts[self.members.len()]
     }
 
+    /// The geometry of an id, and its number there.
     #[inline(always)]
-    fn primitive(&self, id: usize) -> Option<<G::Leaf as Block>::Primitive> {
+    fn of(&self, id: usize) -> (&'a G, usize) {
         if let [only] = self.members[..] {
-            return only.primitive(id);
+            return (only, id);
         }
         let at = self.firsts.partition_point(|&first| first <= id) - 1;
-        self.members[at].primitive(id - self.firsts[at])
+        (self.members[at], id - self.firsts[at])
+    }
+
+    #[inline(always)]
+    fn primitive(&self, id: usize) -> Option<<G::Leaf as Block>::Primitive> {
+        let (member, i) = self.of(id);
+        member.primitive(i)
+    }
+
+    #[inline(always)]
+    fn sound(&self, id: usize) -> <G::Leaf as Block>::Primitive {
+        let (member, i) = self.of(id);
+        member.sound(i)
     }
 }
 
@@ -80,17 +102,19 @@ impl<G: InTree> Tree<G> {
     /// If one of them is of another type.
     pub fn build(members: &[Arc<dyn Geometry>], build: &Build) -> Self {
         let members = Members::<G>::new(members).expect("geometries of one type");
-        let primitive = |id: usize| members.primitive(id).unwrap_or(<G::Leaf as Block>::NOWHERE);
+        let (primitive, sound) = (|id: usize| members.primitive(id), |id: usize| members.sound(id));
         let quality = if build.kind == AccelerationKind::Bvh { Quality::Good } else { Quality::Fast };
         let count = members.len();
-        let bvh: Bvh<G::Leaf> = Pool::enter(|| Bvh::build(count, 0, quality, &Pool(&build.progress), primitive));
-        let left_out = if bvh.primitives() == count {
+        let join = Pool(&build.progress);
+        let bvh: Bvh<G::Leaf> = Pool::enter(|| Bvh::build_sound(count, 0, quality, &join, primitive, sound));
+        let whole = bvh.primitives() == count;
+        let left_out = if whole {
             Vec::new()
         } else {
             (0..count).filter(|&id| members.primitive(id).is_none()).map(|id| id as u32).collect()
         };
         let counts = members.members.iter().map(|member| member.primitives()).collect();
-        Self { bvh, counts, left_out, all: build.kind == AccelerationKind::Brute, kind: PhantomData }
+        Self { bvh, counts, left_out, whole, all: build.kind == AccelerationKind::Brute, kind: PhantomData }
     }
 }
 
@@ -118,6 +142,11 @@ impl<G: InTree> Structure for Tree<G> {
         self.bvh.bytes()
     }
 
+    fn whole_bounds(&self) -> Option<(Vec3, Vec3)> {
+        let corner = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
+        self.whole.then(|| (corner(self.bvh.bounds().low), corner(self.bvh.bounds().high)))
+    }
+
     fn can_refit(&self, members: &[Arc<dyn Geometry>]) -> bool {
         Members::<G>::new(members).is_some_and(|members| {
             members.members.iter().map(|member| member.primitives()).eq(self.counts.iter().copied())
@@ -127,7 +156,16 @@ impl<G: InTree> Structure for Tree<G> {
 
     fn refit(&mut self, members: &[Arc<dyn Geometry>]) {
         let members = Members::<G>::new(members).expect("geometries of one type");
-        let primitive = |id: usize| members.primitive(id).unwrap_or(<G::Leaf as Block>::NOWHERE);
-        Pool::enter(|| self.bvh.refit(&Pool(&Progress::default()), primitive));
+        // Relaxed: read when all threads are done.
+        let some_left_out = AtomicBool::new(!self.left_out.is_empty());
+        let sound = |id: usize| {
+            let primitive = members.primitive(id);
+            if primitive.is_none() {
+                some_left_out.store(true, Ordering::Relaxed);
+            }
+            primitive
+        };
+        Pool::enter(|| self.bvh.refit_sound(&Pool(&Progress::default()), sound));
+        self.whole = !some_left_out.into_inner();
     }
 }

@@ -1,6 +1,7 @@
 //! A light that is infinitely far away.
 
 use glam::Vec3;
+use mobula_core::simd::AnyToken;
 
 use crate::math::normalize_or;
 use crate::stack::{Illumination, Light};
@@ -22,7 +23,7 @@ impl Default for Directional {
 }
 
 impl Light for Directional {
-    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination) {
+    fn illuminate(&self, _: AnyToken, points: [&[f32]; 3], out: &mut Illumination) {
         let count = points[0].len();
         let direction = normalize_or(self.direction.to_array().map(f64::from), Vec3::Y);
         for axis in 0..3 {

@@ -1,8 +1,9 @@
 //! Light that comes from everywhere, without shadows.
 
 use glam::Vec3;
+use mobula_core::simd::{AnyToken, Task, Token};
 
-use crate::packet::{set_vec3, vec3};
+use crate::lanes::{add, dot, load3, scale, splat3, store3};
 use crate::stack::AmbientLight;
 
 /// A sky and a ground, blended by how much a surface faces up. Equal colours make it constant.
@@ -21,10 +22,30 @@ impl Default for Hemisphere {
 }
 
 impl AmbientLight for Hemisphere {
-    fn illuminate(&self, up: Vec3, normals: [&[f32]; 3], mut out: [&mut [f32]; 3]) {
-        let (middle, half_difference) = ((self.above + self.below) * 0.5, (self.above - self.below) * 0.5);
-        for i in 0..out[0].len() {
-            set_vec3(&mut out, i, middle + half_difference * vec3(&normals, i).dot(up));
+    fn illuminate(&self, token: AnyToken, up: Vec3, normals: [&[f32]; 3], out: [&mut [f32]; 3]) {
+        token.run(Arrive { light: self, up, normals, out });
+    }
+}
+
+struct Arrive<'a> {
+    light: &'a Hemisphere,
+    up: Vec3,
+    normals: [&'a [f32]; 3],
+    out: [&'a mut [f32]; 3],
+}
+
+impl Task for Arrive<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { light, up, normals, mut out } = self;
+        let middle = splat3(token, ((light.above + light.below) * 0.5).to_array());
+        let half_difference = splat3(token, ((light.above - light.below) * 0.5).to_array());
+        let up = splat3(token, up.to_array());
+        for at in (0..out[0].len()).step_by(T::LANES) {
+            let upward = dot(load3(token, &normals, at), up);
+            store3(add(middle, scale(half_difference, upward)), &mut out, at);
         }
     }
 }
@@ -38,7 +59,7 @@ mod tests {
         let light = Hemisphere { above: Vec3::ONE, below: Vec3::ZERO };
         let mut out = [[9.0; 3]; 3];
         let [r, g, b] = &mut out;
-        light.illuminate(Vec3::Z, [&[0.0, 1.0, 0.0], &[0.0; 3], &[1.0, 0.0, -1.0]], [r, g, b]);
+        light.illuminate(AnyToken::detect(), Vec3::Z, [&[0.0, 1.0, 0.0], &[0.0; 3], &[1.0, 0.0, -1.0]], [r, g, b]);
         assert_eq!(out, [[1.0, 0.5, 0.0]; 3]);
     }
 }

@@ -1,8 +1,9 @@
 //! A light without extent.
 
 use glam::Vec3;
+use mobula_core::simd::{AnyToken, F32Lanes, Task, Token};
 
-use crate::packet::{set_vec3, vec3};
+use crate::lanes::{dot, load3, scale, splat3, store3, sub};
 use crate::stack::{Illumination, Light};
 
 /// Light from a point.
@@ -30,25 +31,39 @@ impl Default for Point {
 
 impl Light for Point {
     /// A point at the light itself gets nothing.
-    fn illuminate(&self, points: [&[f32]; 3], out: &mut Illumination) {
-        for i in 0..points[0].len() {
-            let v = self.position - vec3(&points, i);
-            let square = v.dot(v);
-            let distance = square.sqrt();
-            let usable = square > 0.0 && square < f32::INFINITY;
-            let scale = if usable { 1.0 / distance } else { 0.0 };
-            set_vec3(&mut out.direction, i, v * scale);
-            let weight = match (usable, self.falloff) {
-                (false, _) => 0.0,
-                (true, false) => 1.0,
-                (true, true) => 1.0 / square,
-            };
-            set_vec3(&mut out.radiance, i, self.color * weight);
-            out.distance[i] = distance;
-        }
+    fn illuminate(&self, token: AnyToken, points: [&[f32]; 3], out: &mut Illumination) {
+        token.run(Arrive { light: self, points, out });
     }
 
     fn position(&self) -> Option<Vec3> {
         Some(self.position)
+    }
+}
+
+struct Arrive<'a> {
+    light: &'a Point,
+    points: [&'a [f32]; 3],
+    out: &'a mut Illumination,
+}
+
+impl Task for Arrive<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { light, points, out } = self;
+        let (zero, one) = (token.splat(0.0), token.splat(1.0));
+        let position = splat3(token, light.position.to_array());
+        let color = splat3(token, light.color.to_array());
+        for at in (0..points[0].len()).step_by(T::LANES) {
+            let v = sub(position, load3(token, &points, at));
+            let square = dot(v, v);
+            let distance = square.sqrt();
+            let usable = square.gt(zero) & square.lt(token.splat(f32::INFINITY));
+            store3(scale(v, (one / distance).select(usable, zero)), &mut out.direction, at);
+            let weight = if light.falloff { one / square } else { one };
+            store3(scale(color, weight.select(usable, zero)), &mut out.radiance, at);
+            distance.store(&mut out.distance, at);
+        }
     }
 }

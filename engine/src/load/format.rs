@@ -7,7 +7,8 @@ use super::loaded::Loaded;
 use super::options::{Load, Options};
 use super::particles::{self, csv, lammps, xyz};
 use super::volume::{meta_image, nifti, nrrd, raw};
-use super::{LoadError, obj, ply, scene_file};
+use super::{LoadError, obj, ply, scene_file, stl};
+use crate::geometry::CREASE_ANGLE;
 
 /// A format that can be loaded.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +27,7 @@ pub struct Format {
 pub const FORMATS: &[Format] = &[
     Format { name: "Wavefront OBJ", extensions: &[".obj"], sniff: obj::looks_like, load: obj::load },
     Format { name: "PLY", extensions: &[".ply"], sniff: ply::looks_like, load: ply::load },
+    Format { name: "STL", extensions: &[".stl"], sniff: stl::looks_like, load: stl::load },
     Format { name: "NRRD", extensions: &[".nrrd", ".nhdr"], sniff: nrrd::looks_like, load: nrrd::load },
     Format { name: "NIfTI", extensions: &[".nii"], sniff: nifti::looks_like, load: nifti::load },
     Format { name: "MetaImage", extensions: &[".mha", ".mhd"], sniff: meta_image::looks_like, load: meta_image::load },
@@ -78,7 +80,12 @@ pub fn load_with(file: &Path, options: &Options) -> Result<Loaded, LoadError> {
 fn load_any(file: &Path, options: &Options, allowed: fn(&Format) -> bool) -> Result<Loaded, LoadError> {
     let load = |format: &Format, input| {
         if allowed(format) {
-            return (format.load)(file, input, options);
+            let mut loaded = (format.load)(file, input, options)?;
+            // A scene file's own files were smoothed as its parts; what it generates stays as it is.
+            if format.name != SCENE_FILE {
+                loaded.smooth(options.smooth.unwrap_or(CREASE_ANGLE));
+            }
+            return Ok(loaded);
         }
         let remedy = "a scene file names no other ones: write here what is in it";
         Err(LoadError::new(file, format!("this is a {}", format.name), remedy))
@@ -119,9 +126,8 @@ fn load_any(file: &Path, options: &Options, allowed: fn(&Format) -> bool) -> Res
 
 /// The name of a format that we know but cannot load.
 fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 8] = [
+    const MAGIC: [(&[u8], &str); 7] = [
         (b"glTF", "glTF"),
-        (b"solid", "STL"),
         (b"PK\x03\x04", "ZIP"),
         (b"\x89PNG", "PNG"),
         (b"<?xml", "XML"),
@@ -129,14 +135,8 @@ fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
         (b"\x89HDF", "HDF5"),
         (b"CDF", "NetCDF"),
     ];
-    const EXTENSIONS: [(&str, &str); 6] = [
-        (".stl", "STL"),
-        (".gltf", "glTF"),
-        (".fbx", "FBX"),
-        (".dcm", "DICOM"),
-        (".3ds", "3DS"),
-        (".mtl", "material (MTL)"),
-    ];
+    const EXTENSIONS: [(&str, &str); 5] =
+        [(".gltf", "glTF"), (".fbx", "FBX"), (".dcm", "DICOM"), (".3ds", "3DS"), (".mtl", "material (MTL)")];
     let magic = MAGIC.iter().find(|(magic, _)| start.starts_with(magic)).map(|&(_, format)| format);
     magic.or_else(|| EXTENSIONS.iter().find(|(end, _)| name.ends_with(end)).map(|&(_, format)| format))
 }

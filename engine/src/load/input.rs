@@ -166,6 +166,22 @@ pub(super) fn explain(error: &io::Error, gzip: bool) -> (String, &'static str) {
     }
 }
 
+/// Reads what is left, which says whether packed data is whole; is there anything but white space?
+pub(super) fn drain(reader: &mut dyn BufRead) -> io::Result<bool> {
+    let mut something = false;
+    loop {
+        let bytes = match reader.fill_buf() {
+            Ok([]) => return Ok(something),
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        something |= !bytes.iter().all(|byte| byte.is_ascii_whitespace() || *byte == 0);
+        let count = bytes.len();
+        reader.consume(count);
+    }
+}
+
 /// How gzip data starts.
 pub(super) const GZIP: [u8; 2] = [0x1f, 0x8b];
 

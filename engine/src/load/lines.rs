@@ -1,9 +1,12 @@
 //! Text line by line, with line numbers; and a reader that checks lines on their way to a parser that knows no line numbers.
 
 use std::io::{self, BufRead, Read};
+use std::mem;
+
+use memchr::{memchr2, memchr3};
 
 /// Longest line; a face of ten million vertices fits.
-const LONGEST_LINE: usize = 64 << 20;
+pub(super) const LONGEST_LINE: usize = 64 << 20;
 
 /// What is wrong with a line, and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,6 +53,11 @@ impl<R: BufRead> Lines<R> {
         Self { padded: true, ..Self::no_longer_than(LONGEST_LINE, input) }
     }
 
+    /// The rest of a text, of which so many lines were read before.
+    pub(super) fn after(number: u64, input: R) -> Self {
+        Self { number, ..Self::new(input) }
+    }
+
     /// Lines of more than so many bytes are faults.
     pub(super) fn no_longer_than(longest: usize, input: R) -> Self {
         Self { input, number: 0, longest, padded: false, raw: Vec::new(), line: String::new() }
@@ -78,9 +86,16 @@ impl<R: BufRead> Lines<R> {
         if number == 1 && self.raw.starts_with(b"\xef\xbb\xbf") {
             self.raw.drain(..3);
         }
-        self.line.clear();
-        // Names and comments in old encodings must not stop a mesh from loading.
-        self.line.push_str(&String::from_utf8_lossy(&self.raw));
+        // The two change places: no line is copied.
+        match String::from_utf8(mem::take(&mut self.raw)) {
+            Ok(line) => self.raw = mem::replace(&mut self.line, line).into_bytes(),
+            // Names and comments in old encodings must not stop a mesh from loading.
+            Err(error) => {
+                self.raw = error.into_bytes();
+                self.line.clear();
+                self.line.push_str(&String::from_utf8_lossy(&self.raw));
+            }
+        }
         Ok(Some((number, &mut self.line)))
     }
 
@@ -101,11 +116,12 @@ impl<R: BufRead> Lines<R> {
                 return Ok(some);
             }
             some = true;
-            let end = buffer.iter().position(|&byte| byte == b'\n' || byte == b'\r');
+            // The first that is not part of the line, or the zero that is no text.
+            let end = memchr3(b'\n', b'\r', 0, buffer);
             let part = &buffer[..end.unwrap_or(buffer.len())];
-            if part.contains(&0) {
-                let text = part.iter().position(|&byte| byte == 0).unwrap_or(0);
-                self.raw.extend_from_slice(&part[..text]);
+            if end.is_some_and(|end| buffer[end] == 0) {
+                let text = part.len();
+                self.raw.extend_from_slice(part);
                 self.input.consume(text);
                 self.number += 1;
                 // Padding behind the text, as of blocks of a tape, says nothing.
@@ -130,6 +146,23 @@ impl<R: BufRead> Lines<R> {
                 self.number += 1;
                 return Ok(true);
             }
+        }
+    }
+}
+
+impl Lines<&[u8]> {
+    /// Hands lines with their numbers to `taken`, without a copy, until it refuses one, which is the next then. What it takes must hold
+    /// neither zeros nor backslashes.
+    pub(super) fn skip(&mut self, mut taken: impl FnMut(u64, &[u8]) -> bool) {
+        while !self.input.is_empty() {
+            let end = memchr2(b'\n', b'\r', self.input).unwrap_or(self.input.len());
+            let (line, rest) = self.input.split_at(end);
+            if line.len() > self.longest || !taken(self.number + 1, line) {
+                return;
+            }
+            let end = [&b"\r\n"[..], b"\n", b"\r"].into_iter().find_map(|end| rest.strip_prefix(end));
+            self.input = end.unwrap_or(rest);
+            self.number += 1;
         }
     }
 }

@@ -1,9 +1,11 @@
 //! What was found in a file.
 
+use std::any::Any;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::place::Place;
-use crate::geometry::Census;
+use crate::geometry::{Census, Mesh};
 use crate::scene::SceneDescription;
 
 /// A loaded file.
@@ -15,6 +17,21 @@ pub struct Loaded {
     pub report: Report,
     /// Where it was put.
     pub place: Place,
+}
+
+impl Loaded {
+    /// Smooths meshes without normals, as [`Mesh::smooth`] does.
+    pub(super) fn smooth(&mut self, degrees: f32) {
+        for geometry in &mut self.scene.geometry {
+            // Nobody else has what was just loaded.
+            let Some(geometry) = Arc::get_mut(geometry) else { continue };
+            let any: &mut dyn Any = geometry;
+            let made = any.downcast_mut::<Mesh>().map_or(0, |mesh| mesh.smooth(degrees));
+            if made > 0 {
+                self.report.census.add(Mesh::MADE_NORMALS, made as u64);
+            }
+        }
+    }
 }
 
 /// What was found in a file.

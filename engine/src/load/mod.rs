@@ -8,15 +8,18 @@
 //! | [`series`] | patterns of names; files that are steps of time of one volume |
 //! | `memory` | how much memory steps of time may take |
 //! | `options` | how a file is loaded, beside what it says itself |
-//! | `obj`, `obj_read` | OBJ: one mesh of what its statements say |
+//! | `obj`, `obj_pieces`, `obj_read` | OBJ: one mesh of what its statements say; threads that read pieces; the statements |
 //! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
 //! | `ply` | PLY: a mesh, or particles |
+//! | `stl` | STL: triangles as text or binary |
 //! | `particles` | CSV, XYZ, dumps of LAMMPS and raw numbers: particles |
 //! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
 //! | `transfer` | transfer functions |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
 //! | `lines` | text line by line |
+//! | `plain` | plain numbers, fast |
+//! | `pieces` | text in pieces that threads read at the same time |
 //! | `input` | plain and gzip files, with a limit on what they unpack to |
 //! | `binary` | numbers out of bytes |
 //! | `text` | numbers as programs write them; names made safe to show |
@@ -33,14 +36,18 @@ mod memory;
 mod mtl;
 mod mtl_check;
 mod obj;
+mod obj_pieces;
 mod obj_read;
 mod options;
 mod particles;
+mod pieces;
 mod place;
+mod plain;
 mod ply;
 mod polygon;
 mod scene_file;
 pub mod series;
+mod stl;
 mod text;
 mod transfer;
 mod volume;

@@ -1,5 +1,6 @@
 //! Wavefront OBJ files: objects and groups, normals, texture coordinates, colours of vertices, a material per face.
 
+use std::mem::take;
 use std::path::Path;
 
 use super::input::Input;
@@ -20,19 +21,11 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
         return Err(nothing(file, &obj));
     }
     let mut library = Library::of(file, &obj.libraries)?;
-    let mut warnings = std::mem::take(&mut library.warnings);
+    let mut warnings = take(&mut library.warnings);
     let material_of = materials(file, &obj, &library, &mut warnings);
 
     let faces = obj.corners.len();
-    let place = options.place.unwrap_or_else(|| Place::of(&obj.positions, &obj.indices[0]));
-    if options.place.is_none() {
-        warnings.extend(place.warning().map(|text| format!("{}: {text}", file.display())));
-    } else if place.blurs(&obj.positions, &obj.indices[0]) {
-        let file = file.display();
-        warnings.push(format!(
-            "{file}: it is so far from the first file that its details are lost; show it alone, or name it first"
-        ));
-    }
+    let place = Place::choose(options.place, file, &obj.positions, &obj.indices[0], &mut warnings);
     warnings.extend(left_out(file, &obj));
     warnings.extend(input.warning(file));
     let counts = [obj.positions.len(), obj.texture_coordinates.len(), obj.normals.len()];
@@ -94,70 +87,119 @@ fn materials(file: &Path, obj: &Obj, library: &Library, warnings: &mut Vec<Strin
     of
 }
 
-/// One mesh of all faces.
+/// One mesh of all faces. What is done with is given back at once: files may be large.
 fn assemble(file: &Path, obj: &mut Obj, material_of: &[u32], place: &Place) -> Result<(Mesh, u64), LoadError> {
     if obj.positions.len() >= NO_INDEX as usize {
         let problem = format!("{} vertices are more than 32-bit indices reach", obj.positions.len());
         return Err(LoadError::new(file, problem, "split it"));
     }
+    if obj.indices[0].len() >= u32::MAX as usize {
+        let problem = format!("{} corners of faces are more than there are numbers", obj.indices[0].len());
+        return Err(LoadError::new(file, problem, "split it"));
+    }
     let mut mesh = Mesh { name: display_name(file), ..Mesh::default() };
-    let [of_vertex, of_texture, of_normal] = &obj.indices;
-    let mut groups = obj.groups.iter().peekable();
-    let mut materials = obj.materials.iter().peekable();
-    let (mut material, mut corner) = (DEFAULT_MATERIAL, 0);
-    let (mut cut, mut cutter) = (Vec::new(), polygon::Cutter::default());
-    for (face, &arity) in obj.corners.iter().enumerate() {
-        let end = corner + arity as usize;
-        while let Some((_, name)) = groups.next_if(|(from, _)| *from <= face) {
-            let first = mesh.triangles.len() as u32;
-            mesh.groups.push(MeshGroup { name: name.clone(), first, count: 0 });
+    let (cut, rough) = cut(obj);
+    let counts = [obj.positions.len(), obj.texture_coordinates.len(), obj.normals.len()];
+    let [of_vertex, of_texture, of_normal] = [0, 1, 2].map(|list| {
+        let indices = whole_faces(take(&mut obj.indices[list]), &obj.corners, counts[list]);
+        match &cut {
+            _ if indices.is_empty() => Vec::new(),
+            None => indices.as_chunks().0.to_vec(),
+            Some(triangles) => triangles.iter().map(|t| t.map(|corner| indices[corner as usize])).collect(),
         }
-        while let Some(&(_, number)) = materials.next_if(|(from, _)| *from <= face) {
-            material = material_of.get(number as usize).copied().unwrap_or(DEFAULT_MATERIAL);
-        }
-        // Triangles of places in the face, not of vertices: normals and texture coordinates need them too.
+    });
+    drop(cut);
+    (mesh.triangles, mesh.triangle_texture_coordinates, mesh.triangle_normals) = (of_vertex, of_texture, of_normal);
+    add_groups(&mut mesh, obj);
+    add_materials(&mut mesh, obj, material_of);
+    mesh.positions = take(&mut obj.positions).into_iter().map(|position| place.put(position)).collect();
+    mesh.texture_coordinates = take(&mut obj.texture_coordinates);
+    mesh.normals = take(&mut obj.normals);
+    mesh.colors = colors(take(&mut obj.colors), mesh.positions.len());
+    Ok((mesh, rough))
+}
+
+/// The triangles of all faces, by their corners' places among all; `None` if all faces are triangles. And how many polygons are cut only
+/// roughly.
+fn cut(obj: &Obj) -> (Option<Vec<[u32; 3]>>, u64) {
+    if obj.corners.iter().all(|&corners| corners == 3) {
+        return (None, 0);
+    }
+    let of_vertex = &obj.indices[0];
+    let (mut triangles, mut cutter, mut cut) = (Vec::new(), polygon::Cutter::default(), Vec::new());
+    let mut first = 0;
+    for &corners in &obj.corners {
+        let end = first + corners as usize;
         cut.clear();
-        if arity == 3 {
+        if corners == 3 {
             cut.push([0, 1, 2]);
         } else {
-            cutter.cut(of_vertex[corner..end].iter().map(|&i| obj.positions[i as usize]), &mut cut);
+            cutter.cut(of_vertex[first..end].iter().map(|&i| obj.positions[i as usize]), &mut cut);
         }
-        let pick = |indices: &[u32], count: usize, triangle: &[u32; 3]| match indices.get(corner..end) {
-            Some(indices) if indices.iter().all(|&index| (index as usize) < count) => {
-                triangle.map(|place| indices[place as usize])
-            }
-            _ => [NO_INDEX; 3],
-        };
-        for triangle in &cut {
-            mesh.triangles.push(triangle.map(|place| of_vertex[corner + place as usize]));
-            if !of_texture.is_empty() {
-                mesh.triangle_texture_coordinates.push(pick(of_texture, obj.texture_coordinates.len(), triangle));
-            }
-            if !of_normal.is_empty() {
-                mesh.triangle_normals.push(pick(of_normal, obj.normals.len(), triangle));
-            }
+        triangles.extend(cut.iter().map(|triangle| triangle.map(|place| first as u32 + place)));
+        first = end;
+    }
+    (Some(triangles), cutter.rough)
+}
+
+/// The indices of corners, without any for faces of which not all corners have one in range; nothing if none has.
+fn whole_faces(mut indices: Vec<u32>, corners: &[u32], count: usize) -> Vec<u32> {
+    if indices.is_empty() {
+        return indices;
+    }
+    indices.resize(corners.iter().map(|&corners| corners as usize).sum(), NO_INDEX);
+    let mut rest = &mut indices[..];
+    for &corners in corners {
+        let (face, others) = rest.split_at_mut(corners as usize);
+        if face.iter().any(|&index| index as usize >= count) {
+            face.fill(NO_INDEX);
         }
-        if mesh.materials.is_empty() && face > 0 && material != mesh.material {
-            let before = mesh.triangles.len() - cut.len();
-            mesh.materials.resize(before, mesh.material);
-        }
-        if face == 0 {
-            mesh.material = material;
-        }
-        if !mesh.materials.is_empty() {
-            mesh.materials.resize(mesh.triangles.len(), material);
-        }
-        if let Some(group) = mesh.groups.last_mut() {
-            group.count += cut.len() as u32;
-        }
-        corner = end;
+        rest = others;
+    }
+    indices
+}
+
+/// What gives the first triangle of each face, by rising faces.
+fn firsts(obj: &Obj) -> impl FnMut(usize) -> u32 {
+    let (mut reached, mut triangle) = (0, 0);
+    move |face| {
+        triangle += obj.corners[reached..face].iter().map(|corners| corners - 2).sum::<u32>();
+        reached = face;
+        triangle
+    }
+}
+
+fn add_groups(mesh: &mut Mesh, obj: &Obj) {
+    let mut first = firsts(obj);
+    let group = |(face, name): &(usize, String)| MeshGroup { name: name.clone(), first: first(*face), count: 0 };
+    mesh.groups = obj.groups.iter().map(group).collect();
+    let mut end = mesh.triangles.len() as u32;
+    for group in mesh.groups.iter_mut().rev() {
+        group.count = end - group.first;
+        end = group.first;
     }
     mesh.groups.retain(|group| group.count > 0);
-    mesh.positions = obj.positions.iter().map(|&position| place.put(position)).collect();
-    mesh.texture_coordinates = std::mem::take(&mut obj.texture_coordinates);
-    mesh.normals = std::mem::take(&mut obj.normals);
-    mesh.colors = colors(std::mem::take(&mut obj.colors), mesh.positions.len());
-    Ok((mesh, cutter.rough))
+}
+
+/// One material for all triangles, or else one for each.
+fn add_materials(mesh: &mut Mesh, obj: &Obj, material_of: &[u32]) {
+    let (mut first, count) = (firsts(obj), mesh.triangles.len());
+    let material = |number: u32| material_of.get(number as usize).copied().unwrap_or(DEFAULT_MATERIAL);
+    let named = obj.materials.iter().map(|&(face, number)| (first(face) as usize, material(number)));
+    let mut runs = std::iter::once((0, DEFAULT_MATERIAL)).chain(named).peekable();
+    while let Some((first, material)) = runs.next() {
+        let end = runs.peek().map_or(count, |&(first, _)| first);
+        if first == end {
+            continue;
+        }
+        if first == 0 {
+            mesh.material = material;
+        }
+        if !mesh.materials.is_empty() || material != mesh.material {
+            mesh.materials.resize(first, mesh.material);
+            mesh.materials.resize(end, material);
+        }
+    }
 }
 
 /// Colours of all vertices, white where there is none; some programs write them from 0 to 255: whole numbers, of which more than one

@@ -1,9 +1,9 @@
 //! The statements of an OBJ file: lists of vertices, and faces that point into them.
 
 use std::collections::HashMap;
-use std::io::BufRead;
 
 use super::lines::{Fault, Lines, Stop};
+use super::plain::Plain;
 use super::text::{number, quoted};
 use crate::geometry::NO_INDEX;
 
@@ -29,6 +29,14 @@ impl Seen {
             self.line = line;
         }
         self.count += 1;
+    }
+
+    /// Adds what was met behind so many lines.
+    pub(super) fn add(&mut self, later: Self, lines: u64) {
+        if self.count == 0 && later.count > 0 {
+            self.line = later.line + lines;
+        }
+        self.count += later.count;
     }
 }
 
@@ -70,10 +78,12 @@ pub(super) struct Obj {
     pub(super) odd_numbers: Seen,
     pub(super) empty_faces: Seen,
     pub(super) free_form: Seen,
-    numbers: HashMap<String, u32>,
+    pub(super) numbers: HashMap<String, u32>,
     /// For each list: faces that pointed past the end of what was there, as (line, index), each farther than the one
     /// before. Legal if the list grows that long later.
-    pending: [Vec<(u64, u64)>; 3],
+    pub(super) pending: [Vec<(u64, u64)>; 3],
+    /// Of a piece that is read alone: how many each list must have before it for all indices to be in range.
+    pub(super) piece: Option<[u64; 3]>,
 }
 
 /// May a backslash at its end join this line to the next? Not a comment, and not a name, which may end in one.
@@ -83,28 +93,77 @@ fn joins(line: &[u8]) -> bool {
 }
 
 impl Obj {
-    /// Reads all statements.
+    /// Reads statements behind those that are there.
     ///
     /// # Errors
     /// Why reading stopped, and at which line.
-    pub(super) fn read(input: impl BufRead) -> Result<Self, (u64, Stop)> {
-        let mut obj = Self::default();
-        let mut lines = Lines::new(input);
+    pub(super) fn statements(&mut self, text: &[u8]) -> Result<(), (u64, Stop)> {
+        let mut lines = Lines::after(self.lines, text);
         loop {
+            lines.skip(|number, line| self.plain_statement(number, line));
             match lines.next(joins) {
-                Ok(Some((number, line))) => obj.statement(number, line).map_err(|fault| (number, fault.into()))?,
+                Ok(Some((number, line))) => self.statement(number, line).map_err(|fault| (number, fault.into()))?,
                 Ok(None) => break,
                 Err(stop) => return Err((lines.number, stop)),
             }
         }
-        obj.lines = lines.number;
-        for list in 1..3 {
-            let count = obj.count(list);
-            if let Some(&(line, _)) = obj.pending[list].iter().find(|(_, index)| *index > count) {
-                obj.dangling.at(line);
+        self.lines = lines.number;
+        Ok(())
+    }
+
+    /// Takes what nearly all lines are: plain numbers behind `v`, `vt`, `vn` and `f`.
+    #[inline(always)]
+    fn plain_statement(&mut self, line: u64, text: &[u8]) -> bool {
+        match text {
+            [b'v', b' ', rest @ ..] => Plain(rest).decimals().map(|position| self.positions.push(position)).is_some(),
+            [b'v', b'n', b' ', rest @ ..] => {
+                let normal = Plain(rest).decimals().map(|normal| normal.map(|x| x as f32));
+                normal.map(|normal| self.normals.push(normal)).is_some()
             }
+            [b'v', b't', b' ', rest @ ..] => {
+                let uv = Plain(rest).decimals().map(|uv| uv.map(|x| x as f32));
+                uv.map(|uv| self.texture_coordinates.push(uv)).is_some()
+            }
+            [b'f', b' ', rest @ ..] => {
+                let first = self.indices[0].len();
+                let corners = self.plain_face(line, Plain(rest)).filter(|&corners| corners >= 3);
+                match corners {
+                    Some(corners) => self.corners.push(corners),
+                    None => self.indices.iter_mut().for_each(|indices| indices.truncate(first)),
+                }
+                corners.is_some()
+            }
+            _ => false,
         }
-        obj.out_of_range().map_or(Ok(obj), |(line, fault)| Err((line, fault.into())))
+    }
+
+    /// The number of corners of a face of plain indices.
+    #[inline(always)]
+    fn plain_face(&mut self, line: u64, mut text: Plain<'_>) -> Option<u32> {
+        let (first, mut corners) = (self.indices[0].len(), 0);
+        while text.more() {
+            for list in 0..3 {
+                // `v//vn` has nothing between.
+                if list == 1 && text.take(b'/') {
+                    continue;
+                }
+                let index = text.whole().filter(|index| (1..=LARGEST_INDEX).contains(index))?;
+                self.points_at(line, list, index);
+                let indices = &mut self.indices[list];
+                if indices.len() < first + corners {
+                    indices.resize(first + corners, NO_INDEX);
+                }
+                indices.push((index - 1) as u32);
+                if !text.take(b'/') {
+                    break;
+                }
+            }
+            if !text.ends() {
+                return None;
+            }
+            corners += 1;
+        }
+        Some(corners as u32)
     }
 
     fn statement(&mut self, line: u64, text: &str) -> Result<(), Fault> {
@@ -119,12 +178,7 @@ impl Obj {
             "f" | "fo" => self.face(line, words())?,
             "usemtl" => self.material(line, rest.trim()),
             "mtllib" => self.libraries.push(rest.trim().to_owned()),
-            "o" | "g" => {
-                let name = rest.trim();
-                if self.groups.last().is_none_or(|(_, last)| last != name) {
-                    self.groups.push((self.corners.len(), name.to_owned()));
-                }
-            }
+            "o" | "g" => self.group(self.corners.len(), rest.trim()),
             "p" | "l" => self.points_and_lines.at(line),
             "" | "s" | "mg" | "usemap" | "maplib" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj"
             | "trace_obj" => {}
@@ -210,24 +264,56 @@ impl Obj {
         Ok(())
     }
 
-    /// Names are numbered by first use. Nameless: grey, as Blender means it.
+    /// From a face on a group goes.
+    pub(super) fn group(&mut self, face: usize, name: &str) {
+        if self.groups.last().is_none_or(|(_, last)| last != name) {
+            self.groups.push((face, name.to_owned()));
+        }
+    }
+
+    /// Nameless: grey, as Blender means it.
     fn material(&mut self, line: u64, name: &str) {
         if name.is_empty() {
             self.nameless_materials.at(line);
         }
-        let number = if name.is_empty() {
-            NO_INDEX
-        } else if let Some(&number) = self.numbers.get(name) {
-            number
-        } else {
-            let number = self.names.len() as u32;
-            self.names.push((name.to_owned(), line));
-            self.numbers.insert(name.to_owned(), number);
-            number
-        };
-        if self.materials.last().is_none_or(|&(_, last)| last != number) {
-            self.materials.push((self.corners.len(), number));
+        let number = if name.is_empty() { NO_INDEX } else { self.number(name, line) };
+        self.use_material(self.corners.len(), number);
+    }
+
+    /// Names are numbered by first use.
+    pub(super) fn number(&mut self, name: &str, line: u64) -> u32 {
+        if let Some(&number) = self.numbers.get(name) {
+            return number;
         }
+        let number = self.names.len() as u32;
+        self.names.push((name.to_owned(), line));
+        self.numbers.insert(name.to_owned(), number);
+        number
+    }
+
+    /// From a face on a material is used.
+    pub(super) fn use_material(&mut self, face: usize, number: u32) {
+        if self.materials.last().is_none_or(|&(_, last)| last != number) {
+            self.materials.push((face, number));
+        }
+    }
+
+    /// All that is odd.
+    pub(super) fn seen(&mut self) -> [&mut Seen; 12] {
+        [
+            &mut self.points_and_lines,
+            &mut self.not_finite,
+            &mut self.odd_texture_coordinates,
+            &mut self.odd_normals,
+            &mut self.fourth_numbers,
+            &mut self.nameless_materials,
+            &mut self.unknown,
+            &mut self.dangling,
+            &mut self.odd_colors,
+            &mut self.odd_numbers,
+            &mut self.empty_faces,
+            &mut self.free_form,
+        ]
     }
 
     /// `f v v v ...`, each `v`, `v/vt`, `v//vn` or `v/vt/vn`.
@@ -267,7 +353,7 @@ impl Obj {
     }
 
     /// How many are in a list.
-    fn count(&self, list: usize) -> u64 {
+    pub(super) fn count(&self, list: usize) -> u64 {
         [self.positions.len(), self.texture_coordinates.len(), self.normals.len()][list] as u64
     }
 
@@ -288,27 +374,44 @@ impl Obj {
         })?;
         match index {
             0 => Err(Fault::new(format!("{name} index 0; indices start at 1"), "add 1 to every index of the file")),
+            // In a piece it is not known how many are before it.
+            ..0 if self.piece.is_some() => Err(huge()),
             ..0 => count.checked_sub(index.unsigned_abs()).map(|index| index as u32).ok_or_else(huge),
             _ if index as u64 > LARGEST_INDEX => Err(huge()),
             _ => {
-                let index = index as u64;
-                if index > count && self.pending[list].last().is_none_or(|&(_, farthest)| index > farthest) {
-                    self.pending[list].push((line, index));
-                }
+                self.points_at(line, list, index as u64);
                 Ok((index - 1) as u32)
             }
         }
     }
 
-    /// The first face that points past the end of the vertices: its line and what is wrong.
-    fn out_of_range(&self) -> Option<(u64, Fault)> {
-        let first = |list: usize| {
+    /// Remembers what must be there for an index from 1 to be in range.
+    #[inline(always)]
+    fn points_at(&mut self, line: u64, list: usize, index: u64) {
+        let count = self.count(list);
+        if index <= count {
+            return;
+        }
+        if let Some(before) = &mut self.piece {
+            before[list] = before[list].max(index - count);
+        } else if self.pending[list].last().is_none_or(|&(_, farthest)| index > farthest) {
+            self.pending[list].push((line, index));
+        }
+    }
+
+    /// At the end of the file: which faces point past the end of the lists?
+    ///
+    /// # Errors
+    /// The first that points past the end of the vertices: its line and what is wrong.
+    pub(super) fn check_range(&mut self) -> Result<(), (u64, Stop)> {
+        let [of_vertex, of_texture, of_normal] = [0, 1, 2].map(|list| {
             let count = self.count(list);
-            let &(line, index) = self.pending[list].iter().find(|(_, index)| *index > count)?;
-            let problem = format!("{} index {index} is out of range: {count} are defined", LISTS[list]);
-            Some((line, Fault::new(problem, INDICES)))
-        };
-        first(0)
+            self.pending[list].iter().find(|(_, index)| *index > count).copied()
+        });
+        [of_texture, of_normal].into_iter().flatten().for_each(|(line, _)| self.dangling.at(line));
+        let Some((line, index)) = of_vertex else { return Ok(()) };
+        let problem = format!("{} index {index} is out of range: {} are defined", LISTS[0], self.count(0));
+        Err((line, Fault::new(problem, INDICES).into()))
     }
 }
 

@@ -21,6 +21,9 @@ pub struct Options {
     pub raw: Option<Raw>,
     /// Of which particles such a file is full.
     pub raw_particles: Option<RawParticles>,
+    /// Meshes without normals are [smoothed](crate::geometry::Mesh::smooth) where triangles meet at less than this many degrees; 0: they
+    /// keep their facets; `None`: as a scene file says, else [`CREASE_ANGLE`](crate::geometry::CREASE_ANGLE).
+    pub smooth: Option<f32>,
     /// How much memory steps of particles may take: see [`Gathering`](super::series::Gathering).
     pub memory: Memory,
     /// Where the bytes are counted that have been read.

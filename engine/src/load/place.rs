@@ -1,5 +1,7 @@
 //! Where a model is put: coordinates far from the origin, or tiny or huge ones, do not fit the numbers that rays are traced with.
 
+use std::path::Path;
+
 /// What is done to coordinates before they become `f32`: an offset is subtracted, then they are multiplied by a power of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
@@ -37,6 +39,27 @@ impl Place {
         if size > 0.0 && !SIZES.contains(&size) {
             // Greater factors are no numbers.
             place.scale = 2f64.powf((-size.log2().round()).min(1000.0));
+        }
+        place
+    }
+
+    /// Where a file is put: at the place that was chosen for all that are shown together, else where it is best. Warns of what people
+    /// should know.
+    pub(super) fn choose(
+        chosen: Option<Self>,
+        file: &Path,
+        positions: &[[f64; 3]],
+        corners: &[u32],
+        warnings: &mut Vec<String>,
+    ) -> Self {
+        let place = chosen.unwrap_or_else(|| Self::of(positions, corners));
+        let file = file.display();
+        if chosen.is_none() {
+            warnings.extend(place.warning().map(|text| format!("{file}: {text}")));
+        } else if place.blurs(positions, corners) {
+            warnings.push(format!(
+                "{file}: it is so far from the first file that its details are lost; show it alone, or name it first"
+            ));
         }
         place
     }

@@ -1,11 +1,13 @@
 //! Surfaces that look the same from all directions (Lambert 1760).
 
 use glam::Vec3;
+use mobula_core::simd::{F32Lanes, Task, Token};
 
-use crate::packet::{Columns3, SubPacket, add_vec3, part_mut, set_vec3, vec3};
+use crate::lanes::{add, dot, load3, scale, store3};
+use crate::lighting::Arriving;
+use crate::packet::{Columns3, SubPacket, part_mut, set_vec3, vec3};
 use crate::scratch::lend;
-use crate::shading::{Points, illuminate};
-use crate::stack::{Context, Illumination, Material};
+use crate::stack::{Context, Lit, Material};
 
 /// Scatters light evenly. Both sides of a surface look the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,18 +24,9 @@ impl Default for Lambertian {
 }
 
 impl Material for Lambertian {
-    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>) {
-        let points: &mut Points = &mut lend(context.width);
+    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>, lit: Lit<'_>) {
         let light: &mut Columns3 = &mut lend(context.width);
-        points.fill(hits);
-        ambient(context, points, light);
-        let arriving: &mut Illumination = &mut lend(context.width);
-        for source in &context.scene.lights {
-            illuminate(context, &**source, points, arriving);
-            for i in 0..points.len() {
-                add_vec3(light, i, scattered(points, arriving, i));
-            }
-        }
+        scatter(context, lit, light);
         diffuse(hits, self.diffuse, light);
         hits.set_colors(light);
     }
@@ -47,16 +40,33 @@ impl Material for Lambertian {
     }
 }
 
-/// Sets the rows of `points` to what arrives from everywhere.
-pub(super) fn ambient(context: &Context<'_>, points: &Points, light: &mut Columns3) {
-    let scene = context.scene;
-    scene.ambient.illuminate(scene.up.vector(), points.normals(), part_mut(light, 0..points.len()));
+/// Sets the first rows of `out` to what a perfectly white surface scatters of all that arrives.
+pub(super) fn scatter(context: &Context<'_>, lit: Lit<'_>, out: &mut Columns3) {
+    let mut out = part_mut(out, 0..lit.len());
+    out.iter_mut().zip(lit.ambient()).for_each(|(out, ambient)| out.copy_from_slice(ambient));
+    for arriving in lit.lights() {
+        context.token.run(Scatter { normals: lit.normals(), arriving, out: &mut out });
+    }
 }
 
-/// What a perfectly white surface at point `i` scatters of what arrives there.
-#[inline(always)]
-pub(super) fn scattered(points: &Points, arriving: &Illumination, i: usize) -> Vec3 {
-    vec3(&arriving.radiance, i) * vec3(&arriving.direction, i).dot(points.normal(i)).max(0.0)
+struct Scatter<'a, 'b> {
+    normals: [&'a [f32]; 3],
+    arriving: Arriving<'a>,
+    out: &'a mut [&'b mut [f32]; 3],
+}
+
+impl Task for Scatter<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { normals, arriving, out } = self;
+        for at in (0..normals[0].len()).step_by(T::LANES) {
+            let cosine = dot(load3(token, &arriving.direction, at), load3(token, &normals, at)).max(token.splat(0.0));
+            let scattered = scale(load3(token, &arriving.radiance, at), cosine);
+            store3(add(load3(token, out, at), scattered), out, at);
+        }
+    }
 }
 
 /// Turns the light at the hits into what a surface of this colour, times the geometry's own, scatters of it.

@@ -3,12 +3,12 @@
 
 use glam::Vec3;
 
-use super::lambertian::{ambient, diffuse, scattered};
+use super::lambertian::{diffuse, scatter};
 use crate::math::{normalize, pow};
 use crate::packet::{Column, Columns3, SubPacket, add_vec3, set_vec3, vec3};
 use crate::scratch::lend;
-use crate::shading::{Points, illuminate, trace};
-use crate::stack::{Context, Illumination, Material};
+use crate::shading::trace;
+use crate::stack::{Context, Lit, Material};
 
 /// Scatters, shines, mirrors, and lets through. Of all light that is not mirrored, a fraction comes from behind, unbent
 /// (thin glass), and the rest from the surface itself.
@@ -71,25 +71,21 @@ impl Phong {
 }
 
 impl Material for Phong {
-    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>) {
+    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>, lit: Lit<'_>) {
         let sound = self.sound();
-        let points: &mut Points = &mut lend(context.width);
         let light: &mut Columns3 = &mut lend(context.width);
-        points.fill(hits);
-        ambient(context, points, light);
+        scatter(context, lit, light);
         let shine: &mut Columns3 = &mut lend(context.width);
-        shine.iter_mut().for_each(|column| column[..points.len()].fill(0.0));
-        let arriving: &mut Illumination = &mut lend(context.width);
-        for source in &context.scene.lights {
-            illuminate(context, &**source, points, arriving);
+        shine.iter_mut().for_each(|column| column[..lit.len()].fill(0.0));
+        let lights = (sound.specular != Vec3::ZERO).then(|| lit.lights());
+        for arriving in lights.into_iter().flatten() {
             let directions = &hits.directions();
-            for i in 0..points.len() {
+            for i in 0..lit.len() {
                 let radiance = vec3(&arriving.radiance, i);
                 if radiance != Vec3::ZERO {
-                    add_vec3(light, i, scattered(points, arriving, i));
-                    let (mirrored, _) = mirror(directions, points, i);
+                    let (mirrored, _) = mirror(directions, lit, i);
                     let towards = mirrored.dot(vec3(&arriving.direction, i));
-                    if towards > 0.0 && sound.specular != Vec3::ZERO {
+                    if towards > 0.0 {
                         add_vec3(shine, i, sound.specular * radiance * pow(towards, sound.shininess));
                     }
                 }
@@ -98,7 +94,7 @@ impl Material for Phong {
         // `light` becomes the colour: first of the surface itself.
         diffuse(hits, sound.diffuse, light);
         if sound.reflection > 0.0 || sound.transparency > 0.0 {
-            sound.blend_secondary(context, hits, points, light);
+            sound.blend_secondary(context, hits, lit, light);
         }
         for ((out, light), shine) in hits.colors_mut().into_iter().zip(light).zip(shine) {
             for ((out, light), shine) in out.iter_mut().zip(light.iter()).zip(shine.iter()) {
@@ -131,24 +127,24 @@ impl Material for Phong {
 
 /// The mirrored unit direction at row `i`, and the cosine of the angle of incidence.
 #[inline(always)]
-fn mirror(directions: &[&[f32]; 3], points: &Points, i: usize) -> (Vec3, f32) {
+fn mirror(directions: &[&[f32]; 3], lit: Lit<'_>, i: usize) -> (Vec3, f32) {
     let direction = normalize(vec3(directions, i));
-    let normal = points.normal(i);
+    let normal = lit.normal(i);
     let cosine = -direction.dot(normal);
     (direction + normal * (2.0 * cosine), cosine.clamp(0.0, 1.0))
 }
 
 impl Phong {
     /// Adds what is mirrored and what shines through to `color`, the colour of the surface itself.
-    fn blend_secondary(&self, context: &Context<'_>, hits: &SubPacket<'_>, points: &Points, color: &mut Columns3) {
+    fn blend_secondary(&self, context: &Context<'_>, hits: &SubPacket<'_>, lit: Lit<'_>, color: &mut Columns3) {
         let mirrors = self.reflection > 0.0 && (self.transparency == 0.0 || hits.depth() <= DEEPEST_GLASS_MIRROR);
         let mirrored: &mut Column<f32> = &mut lend(context.width);
         let behind: &mut Column<f32> = &mut lend(context.width);
         let directions = &hits.directions();
-        for i in 0..points.len() {
+        for i in 0..lit.len() {
             mirrored[i] = 0.0;
             if mirrors {
-                let (_, cosine) = mirror(directions, points, i);
+                let (_, cosine) = mirror(directions, lit, i);
                 let x = 1.0 - cosine;
                 mirrored[i] = self.reflection + (1.0 - self.reflection) * (x * x * x * x * x);
             }
@@ -158,17 +154,17 @@ impl Phong {
             set_vec3(color, i, kept);
         }
         if mirrors {
-            let origin = |i| points.offset(i, 1.0, 0.0);
+            let origin = |i| lit.offset(i, 1.0);
             trace(context, hits, mirrored, color, origin, |i| {
-                let (direction, _) = mirror(directions, points, i);
+                let (direction, _) = mirror(directions, lit, i);
                 // A shading normal may mirror into the surface: then along it instead.
-                let geometric = points.geometric_normal(i);
+                let geometric = lit.geometric_normal(i);
                 let inwards = direction.dot(geometric).min(0.0);
                 normalize(direction - geometric * inwards)
             });
         }
         if self.transparency > 0.0 {
-            let origin = |i| points.offset(i, -1.0, 0.0);
+            let origin = |i| lit.offset(i, -1.0);
             trace(context, hits, behind, color, origin, |i| normalize(vec3(directions, i)));
         }
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::packet::{Columns3, SubPacket};
 use crate::scratch::lend;
-use crate::stack::{Context, Material};
+use crate::stack::{Context, Lit, Material};
 
 /// The same colour everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,13 +21,17 @@ impl Default for Flat {
 }
 
 impl Material for Flat {
-    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>) {
+    fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>, _: Lit<'_>) {
         let Some(own) = hits.own_colors() else { return hits.fill_color(self.color) };
         let colors: &mut Columns3 = &mut lend(context.width);
         for ((to, own), channel) in colors.iter_mut().zip(own).zip(self.color.to_array()) {
             to.iter_mut().zip(own).for_each(|(to, own)| *to = channel * own);
         }
         hits.set_colors(colors);
+    }
+
+    fn is_lit(&self) -> bool {
+        false
     }
 
     fn base_color(&self) -> Vec3 {
@@ -54,8 +58,12 @@ impl NormalColor {
 }
 
 impl Material for NormalColor {
-    fn shade(&self, _context: &Context<'_>, hits: &mut SubPacket<'_>) {
+    fn shade(&self, _: &Context<'_>, hits: &mut SubPacket<'_>, _: Lit<'_>) {
         Self::show(hits);
+    }
+
+    fn is_lit(&self) -> bool {
+        false
     }
 
     fn base_color(&self) -> Vec3 {

@@ -16,6 +16,7 @@ use crate::packet::{Packet, vec3};
 use crate::renderer::RendererKind;
 use crate::scene::{SceneDescription, build};
 use crate::stack::{Context, Statistics};
+use crate::tone::Tone;
 use crate::volume::{Grid, GridPlace, Scale, TransferFunction, TransferPoint};
 
 /// A box with the same everywhere in it: from -1 to 1 in x and z, and so high.
@@ -40,7 +41,15 @@ fn pane(y: f32, material: u32) -> Mesh {
 fn seen(scene: &SceneDescription, token: AnyToken, width: usize) -> Vec<Vec3> {
     let scene = build(scene, AccelerationKind::Bvh).unwrap();
     let (renderer, statistics) = (RendererKind::Raytracer.build(), Statistics::default());
-    let context = Context { token, width, scene: &scene, renderer: &*renderer, statistics: &statistics, frame: 0 };
+    let context = Context {
+        token,
+        width,
+        scene: &scene,
+        renderer: &*renderer,
+        statistics: &statistics,
+        tone: Tone::default(),
+        frame: 0,
+    };
     let view = View { eye: Vec3::Y * 5.0, at: Vec3::ZERO, up: Vec3::Z, fov: 5.0 };
     let camera: &dyn Camera = &Pinhole::new(view);
     let mut out = Vec::new();

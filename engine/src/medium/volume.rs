@@ -182,7 +182,7 @@ impl Volume {
                 for i in 0..count {
                     set_vec3(points, i, vec3(&segments.origins, i) + vec3(&segments.directions, i) * t[i]);
                 }
-                light.illuminate(part(points, 0..count), arriving);
+                light.illuminate(context.token, part(points, 0..count), arriving);
                 for i in 0..count {
                     let distance = arriving.distance[i];
                     let length = if distance.is_finite() { distance } else { 1.0 };
@@ -234,7 +234,7 @@ fn ambient(context: &Context<'_>, up: Vec3) -> [[f32; 3]; 2] {
     let normals: [[f32; 2]; 3] = [0, 1, 2].map(|axis| [ends[0][axis], ends[1][axis]]);
     let mut out = [[0.0; 2]; 3];
     let [r, g, b] = &mut out;
-    context.scene.ambient.illuminate(up, [&normals[0], &normals[1], &normals[2]], [r, g, b]);
+    context.scene.ambient.illuminate(context.token, up, [&normals[0], &normals[1], &normals[2]], [r, g, b]);
     [out.map(|[above, below]| (above + below) * 0.5), out.map(|[above, below]| (above - below) * 0.5)]
 }
 

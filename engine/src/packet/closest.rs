@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use mobula_core::NO_HIT;
-use mobula_core::simd::AnyToken;
+use mobula_core::simd::{AnyToken, Scalar};
 use mobula_core::traverse::Paths;
 
-use super::column::{Column, Columns3, columns3};
+use super::column::{Column, Columns3, columns3, rows};
 use super::intersect::EveryWidth;
 use super::rays::{Rays, Stored};
+use super::surface::Hits;
 
 /// Neighbouring rays that hit the same geometry and material, or nothing (paper Figure 6).
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +27,8 @@ pub struct Run {
 #[derive(Clone, Debug)]
 pub struct Packet {
     width: usize,
+    /// The level that its rays met a structure at, and that values are derived at.
+    pub(super) token: AnyToken,
     stored: Stored,
     /// Number of the geometry that each ray hit, `NO_HIT` where none.
     geometry: Column<u32>,
@@ -36,6 +39,8 @@ pub struct Packet {
     pub(super) derived: Derived,
     /// Image coordinates of each sample, in pixels (0.5, 0.5 is the middle of the first pixel).
     pub image: [Column<f32>; 2],
+    /// Of each sample, the hash of its pixel, and its number there: what is chosen at random follows from these alone.
+    pub samples: [Column<u32>; 2],
     /// What of the light from behind the hits arrives where the rays start, and whether this is known.
     through: Column<f32>,
     has_through: bool,
@@ -53,6 +58,7 @@ pub(super) struct Derived {
     pub(super) position: Columns3,
     pub(super) normal: Columns3,
     pub(super) geometric_normal: Columns3,
+    pub(super) error_scale: Column<f32>,
     pub(super) texture: Columns3,
     pub(super) derivatives: [Columns3; 2],
     pub(super) color: Columns3,
@@ -66,6 +72,7 @@ impl Packet {
     pub fn new(width: usize) -> Self {
         Self {
             width,
+            token: AnyToken::Scalar(Scalar::new()),
             stored: Stored::new(width),
             geometry: Column::new(width),
             primitive: Column::new(width),
@@ -75,11 +82,13 @@ impl Packet {
                 position: columns3(width),
                 normal: columns3(width),
                 geometric_normal: columns3(width),
+                error_scale: Column::new(width),
                 texture: columns3(width),
                 derivatives: [columns3(width), columns3(width)],
                 color: columns3(width),
             },
             image: [Column::new(width), Column::new(width)],
+            samples: [Column::new(width), Column::new(width)],
             through: Column::new(width),
             has_through: false,
             color: columns3(width),
@@ -154,8 +163,13 @@ impl Packet {
     }
 
     /// The parts that a derivation reads, and the one that it writes.
-    pub(super) fn parts(&mut self) -> (&dyn Rays, &[u32], &mut Derived) {
-        (self.stored.rays(), &self.primitive, &mut self.derived)
+    pub(super) fn parts(&mut self, range: &Range<usize>) -> (Hits<'_>, &mut Derived) {
+        (hits(self.token, self.stored.rays(), &self.primitive, range), &mut self.derived)
+    }
+
+    /// The hits of some rays.
+    pub(super) fn hits(&self, range: &Range<usize>) -> Hits<'_> {
+        hits(self.token, self.stored.rays(), &self.primitive, range)
     }
 
     /// The rays, and the colours to write.
@@ -192,6 +206,7 @@ impl Packet {
 
     /// Forgets all hits and lets the rays meet the primitives of a structure. [`found`](Self::found) has the ids of what they hit.
     pub fn intersect<S: EveryWidth + ?Sized>(&mut self, token: AnyToken, structure: &S) -> Paths {
+        self.token = token;
         self.stored.reset_hits();
         self.stored.intersect(token, structure)
     }
@@ -217,6 +232,16 @@ impl Packet {
             materials: &mut self.material[..count],
             runs: &mut self.runs,
         }
+    }
+}
+
+fn hits<'a>(token: AnyToken, rays: &'a dyn Rays, primitives: &'a [u32], range: &Range<usize>) -> Hits<'a> {
+    Hits {
+        token,
+        origins: rows(rays.origins(), range.clone()),
+        directions: rows(rays.directions(), range.clone()),
+        t: &rays.t_max()[range.clone()],
+        primitives: &primitives[range.clone()],
     }
 }
 

@@ -7,6 +7,7 @@
 //! | file | idea |
 //! |---|---|
 //! | `sub_packet` | a range of a packet's rays without a copy; values derived once, when first asked for |
+//! | `forward` | normals turned to the side that rays come from |
 //! | `closest` | rays with their hits, and room for shading |
 //! | `any_hit` | rays of which only is asked whether they get through |
 //! | `rays` | origins, directions and intervals of rays, whatever the width |
@@ -20,6 +21,7 @@ mod any_hit;
 mod closest;
 mod column;
 mod depth;
+mod forward;
 mod intersect;
 mod rays;
 mod sub_packet;

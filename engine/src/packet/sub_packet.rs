@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use glam::Vec3;
+use mobula_core::simd::AnyToken;
 
-use super::closest::Packet;
-use super::column::{Columns3, part, part_mut, rows, set_vec3, vec3};
-use super::rays::Rays;
+use super::closest::{Derived, Packet};
+use super::column::{Columns3, part, part_mut, rows};
+use super::forward::turn_forward;
 use super::surface::{Hits, Surface};
 
 bitflags::bitflags! {
@@ -70,6 +71,11 @@ impl<'a> SubPacket<'a> {
         self.packet.depth
     }
 
+    /// The level that the rays met a structure at.
+    pub fn token(&self) -> AnyToken {
+        self.packet.token
+    }
+
     /// Index of the channel that the rays belong to.
     pub fn channel(&self) -> u32 {
         self.packet.channel
@@ -119,21 +125,24 @@ impl<'a> SubPacket<'a> {
         [&x[self.range.clone()], &y[self.range.clone()]]
     }
 
+    /// The [samples](Packet::samples) that the rays belong to.
+    pub fn samples(&self) -> [&[u32]; 2] {
+        let [seeds, numbers] = &self.packet.samples;
+        [&seeds[self.range.clone()], &numbers[self.range.clone()]]
+    }
+
     /// The hits, as geometry sees them.
     pub fn hits(&self) -> Hits<'_> {
-        hits(self.packet.rays(), &self.packet.primitive, &self.range)
+        self.packet.hits(&self.range)
     }
 
     /// Where the rays hit: `origin + t_max * direction`.
     pub fn positions(&mut self) -> [&[f32]; 3] {
         if self.lacks(Known::POSITIONS) {
-            let (rays, _, derived) = self.packet.parts();
-            let t = &rays.t_max()[self.range.clone()];
-            let (origins, directions) =
-                (rows(rays.origins(), self.range.clone()), rows(rays.directions(), self.range.clone()));
+            let (hits, derived) = self.packet.parts(&self.range);
             let out = part_mut(&mut derived.position, self.range.clone());
-            for ((out, o), d) in out.into_iter().zip(origins).zip(directions) {
-                for (((out, o), t), d) in out.iter_mut().zip(o).zip(t).zip(d) {
+            for ((out, o), d) in out.into_iter().zip(hits.origins).zip(hits.directions) {
+                for (((out, o), t), d) in out.iter_mut().zip(o).zip(hits.t).zip(d) {
                     *out = o + t * d;
                 }
             }
@@ -143,25 +152,38 @@ impl<'a> SubPacket<'a> {
 
     /// Unit geometric normals at the hits.
     pub fn geometric_normals(&mut self) -> [&[f32]; 3] {
+        self.derive_geometric_normals();
+        part(&self.packet.derived.geometric_normal, self.range.clone())
+    }
+
+    /// How large the numbers are that the hits' positions follow from: see [`Surface::geometric_normals`].
+    pub fn error_scales(&mut self) -> &[f32] {
+        self.derive_geometric_normals();
+        &self.packet.derived.error_scale[self.range.clone()]
+    }
+
+    fn derive_geometric_normals(&mut self) {
         if self.lacks(Known::GEOMETRIC_NORMALS) {
-            let (rays, primitives, derived) = self.packet.parts();
+            let (hits, derived) = self.packet.parts(&self.range);
             let out = part_mut(&mut derived.geometric_normal, self.range.clone());
+            let error_scales = &mut derived.error_scale[self.range.clone()];
             match self.surface {
-                Some(surface) => surface.geometric_normals(&hits(rays, primitives, &self.range), out),
-                None => out.into_iter().for_each(|column| column.fill(0.0)),
+                Some(surface) => surface.geometric_normals(&hits, out, error_scales),
+                None => out.into_iter().chain([error_scales]).for_each(|column| column.fill(0.0)),
             }
         }
-        part(&self.packet.derived.geometric_normal, self.range.clone())
     }
 
     /// Unit shading normals at the hits.
     pub fn normals(&mut self) -> [&[f32]; 3] {
         if self.lacks(Known::NORMALS) {
-            let (rays, primitives, derived) = self.packet.parts();
+            let (hits, derived) = self.packet.parts(&self.range);
             let out = part_mut(&mut derived.normal, self.range.clone());
-            match self.surface {
-                Some(surface) => surface.normals(&hits(rays, primitives, &self.range), out),
-                None => out.into_iter().for_each(|column| column.fill(0.0)),
+            if !self.surface.is_some_and(|surface| surface.normals(&hits, out)) {
+                self.derive_geometric_normals();
+                let Derived { normal, geometric_normal, .. } = &mut self.packet.derived;
+                let geometric = part(geometric_normal, self.range.clone());
+                part_mut(normal, self.range.clone()).into_iter().zip(geometric).for_each(|(n, g)| n.copy_from_slice(g));
             }
         }
         part(&self.packet.derived.normal, self.range.clone())
@@ -173,20 +195,10 @@ impl<'a> SubPacket<'a> {
         self.geometric_normals();
         self.normals();
         if self.lacks(Known::FORWARD_NORMALS) {
-            let (rays, _, derived) = self.packet.parts();
-            let directions = rows(rays.directions(), self.range.clone());
-            let geometric_normals = &mut part_mut(&mut derived.geometric_normal, self.range.clone());
-            let normals = &mut part_mut(&mut derived.normal, self.range.clone());
-            for i in 0..self.range.len() {
-                let direction = vec3(&directions, i);
-                let geometric = vec3(geometric_normals, i);
-                let geometric = if geometric.dot(direction) > 0.0 { -geometric } else { geometric };
-                let normal = vec3(normals, i);
-                let normal = if normal.dot(geometric) < 0.0 { -normal } else { normal };
-                let visible = normal.dot(direction) < 0.0;
-                set_vec3(normals, i, if visible { normal } else { geometric });
-                set_vec3(geometric_normals, i, geometric);
-            }
+            let (hits, derived) = self.packet.parts(&self.range);
+            let geometric = part_mut(&mut derived.geometric_normal, self.range.clone());
+            let normals = part_mut(&mut derived.normal, self.range.clone());
+            turn_forward(hits.token, hits.directions, geometric, normals);
         }
         part(&self.packet.derived.normal, self.range.clone())
     }
@@ -194,10 +206,10 @@ impl<'a> SubPacket<'a> {
     /// Texture coordinates at the hits.
     pub fn texture_coordinates(&mut self) -> [&[f32]; 3] {
         if self.lacks(Known::TEXTURE_COORDINATES) {
-            let (rays, primitives, derived) = self.packet.parts();
+            let (hits, derived) = self.packet.parts(&self.range);
             let out = part_mut(&mut derived.texture, self.range.clone());
             match self.surface {
-                Some(surface) => surface.texture_coordinates(&hits(rays, primitives, &self.range), out),
+                Some(surface) => surface.texture_coordinates(&hits, out),
                 None => out.into_iter().for_each(|column| column.fill(0.0)),
             }
         }
@@ -207,10 +219,10 @@ impl<'a> SubPacket<'a> {
     /// Derivatives of the hit positions along two surface directions.
     pub fn derivatives(&mut self) -> [[&[f32]; 3]; 2] {
         if self.lacks(Known::DERIVATIVES) {
-            let (rays, primitives, derived) = self.packet.parts();
+            let (hits, derived) = self.packet.parts(&self.range);
             let out = derived.derivatives.each_mut().map(|columns| part_mut(columns, self.range.clone()));
             match self.surface {
-                Some(surface) => surface.derivatives(&hits(rays, primitives, &self.range), out),
+                Some(surface) => surface.derivatives(&hits, out),
                 None => out.into_iter().flatten().for_each(|column| column.fill(0.0)),
             }
         }
@@ -220,10 +232,9 @@ impl<'a> SubPacket<'a> {
     /// The colours of the geometry's own at the hits; `None` if it has none.
     pub fn own_colors(&mut self) -> Option<[&[f32]; 3]> {
         if self.lacks(Known::COLORS) {
-            let (rays, primitives, derived) = self.packet.parts();
+            let (hits, derived) = self.packet.parts(&self.range);
             let out = part_mut(&mut derived.color, self.range.clone());
-            self.has_colors =
-                self.surface.is_some_and(|surface| surface.colors(&hits(rays, primitives, &self.range), out));
+            self.has_colors = self.surface.is_some_and(|surface| surface.colors(&hits, out));
         }
         self.has_colors.then(|| part(&self.packet.derived.color, self.range.clone()))
     }
@@ -240,14 +251,6 @@ impl<'a> SubPacket<'a> {
         }
         let through = self.packet.through_mut()[self.range.clone()].iter_mut();
         through.zip(opacities).for_each(|(through, opacity)| *through = 1.0 - opacity);
-    }
-
-    /// How large the numbers are that the hits' positions follow from: see [`Surface::error_scales`].
-    pub fn error_scales(&self, out: &mut [f32]) {
-        match self.surface {
-            Some(surface) => surface.error_scales(&self.hits(), out),
-            None => out.fill(0.0),
-        }
     }
 
     /// The colours of the rays, linear RGB: the result, to write.
@@ -288,17 +291,6 @@ impl<'a> SubPacket<'a> {
         let lacks = !self.known.contains(value);
         self.known |= value;
         lacks
-    }
-}
-
-/// The hits of some rays.
-#[inline(always)]
-fn hits<'a>(rays: &'a dyn Rays, primitives: &'a [u32], range: &Range<usize>) -> Hits<'a> {
-    Hits {
-        origins: rows(rays.origins(), range.clone()),
-        directions: rows(rays.directions(), range.clone()),
-        t: &rays.t_max()[range.clone()],
-        primitives: &primitives[range.clone()],
     }
 }
 

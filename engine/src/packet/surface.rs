@@ -1,12 +1,15 @@
 //! Hits as geometry sees them, and what it tells of the surface there (paper 5.1.4).
 
 use glam::Vec3;
+use mobula_core::simd::AnyToken;
 
 use super::column::vec3;
 
 /// Neighbouring rays of a packet that all hit one geometry: one row a ray in every slice.
 #[derive(Clone, Copy, Debug)]
 pub struct Hits<'a> {
+    /// The level to work at; the results are the same at all.
+    pub token: AnyToken,
     /// Where the rays start.
     pub origins: [&'a [f32]; 3],
     /// Where they go.
@@ -48,11 +51,15 @@ impl Hits<'_> {
 /// give one picture.
 pub trait Surface {
     /// Unit normals of the true geometry. Which side they face is the geometry's.
-    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]);
+    ///
+    /// And how large the numbers are that the position of a hit follows from, beside the coordinates and the distance: rounding errors
+    /// are measured by it. The longest edge (its greatest coordinate) of a triangle, the radius of a sphere.
+    fn geometric_normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3], error_scales: &mut [f32]);
 
-    /// Unit shading normals (interpolated where there are vertex normals).
-    fn normals(&self, hits: &Hits<'_>, out: [&mut [f32]; 3]) {
-        self.geometric_normals(hits, out);
+    /// Unit shading normals (interpolated where there are vertex normals). `false` if they are the geometric ones: then it need not
+    /// write any.
+    fn normals(&self, _hits: &Hits<'_>, _out: [&mut [f32]; 3]) -> bool {
+        false
     }
 
     /// Texture coordinates (two, and a third that is zero where unused); zero where the geometry has none.
@@ -76,8 +83,4 @@ pub trait Surface {
     fn opacities(&self, _hits: &Hits<'_>, _out: &mut [f32]) -> bool {
         false
     }
-
-    /// How large the numbers are that the position of a hit follows from, beside the coordinates and the distance: rounding errors
-    /// are measured by it. The longest edge (its greatest coordinate) of a triangle, the radius of a sphere.
-    fn error_scales(&self, hits: &Hits<'_>, out: &mut [f32]);
 }

@@ -49,13 +49,15 @@ fn fill(out: [&mut [f32]; 3], value: [f32; 3]) {
 }
 
 impl Surface for Counting {
-    fn geometric_normals(&self, _: &Hits<'_>, out: [&mut [f32]; 3]) {
+    fn geometric_normals(&self, _: &Hits<'_>, out: [&mut [f32]; 3], error_scales: &mut [f32]) {
         count(&self.geometric);
         fill(out, [0.0, 0.0, -1.0]);
+        error_scales.fill(4.0);
     }
-    fn normals(&self, _: &Hits<'_>, out: [&mut [f32]; 3]) {
+    fn normals(&self, _: &Hits<'_>, out: [&mut [f32]; 3]) -> bool {
         count(&self.normals);
         fill(out, [0.0, 0.0, -1.0]);
+        true
     }
     fn texture_coordinates(&self, _: &Hits<'_>, out: [&mut [f32]; 3]) {
         count(&self.texture);
@@ -70,9 +72,6 @@ impl Surface for Counting {
         count(&self.colors);
         fill(out, [hits.len() as f32; 3]);
         true
-    }
-    fn error_scales(&self, _: &Hits<'_>, out: &mut [f32]) {
-        out.fill(4.0);
     }
 }
 
@@ -91,6 +90,7 @@ fn derived_values_are_computed_once() {
         assert_eq!(whole.own_colors().expect("it has colours")[0], [50.0; 50]);
         whole.normals();
         whole.geometric_normals();
+        assert_eq!(whole.error_scales(), [4.0; 50]);
     }
     let mut part = whole.sub_packet(10..20);
     assert_eq!((part.len(), part.forward_normals()[2].len()), (10, 10));

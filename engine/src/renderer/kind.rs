@@ -1,6 +1,6 @@
 //! The renderers that there are, by name.
 
-use super::{Inspect, Primary, Quantity, Raytracer};
+use super::{AmbientOcclusion, Inspect, Primary, Quantity, Raytracer};
 use crate::choice::choice;
 use crate::stack::Renderer;
 
@@ -9,6 +9,8 @@ choice! {
     "renderer" RendererKind -> Renderer {
         /// Materials, lights, shadows, reflections.
         Raytracer = "raytracer" => Raytracer::default(),
+        /// How open the sky is above each point, in white: ambient occlusion.
+        AmbientOcclusion = "ao" => AmbientOcclusion,
         /// The base colour of each material: primary rays and nothing else.
         Primary = "primary" => Primary,
         /// The shading normal as a colour.

@@ -4,6 +4,7 @@
 
 mod inspect;
 mod kind;
+mod openness;
 mod primary;
 mod raytracer;
 #[cfg(test)]
@@ -11,6 +12,7 @@ mod tests;
 
 pub use inspect::{Inspect, Quantity};
 pub use kind::RendererKind;
+pub use openness::AmbientOcclusion;
 pub use primary::Primary;
 pub use raytracer::Raytracer;
 

@@ -3,7 +3,7 @@
 use crate::medium::composite;
 use crate::packet::Packet;
 use crate::pipeline::fault::scope;
-use crate::shading::see_through;
+use crate::shading::{see_through, shade};
 use crate::stack::{Context, Renderer};
 
 /// Intersects a packet, splits it into runs of one material, and hands each run to that material as a sub-packet, or to
@@ -39,6 +39,6 @@ impl Renderer for Raytracer {
 
 /// Colours rays by what they hit, and by the medium before it.
 fn show(context: &Context<'_>, packet: &mut Packet) {
-    context.scene.shade(context, packet);
+    shade(context, packet);
     scope("medium", || composite(context, packet));
 }

@@ -9,13 +9,15 @@ use super::RendererKind;
 use crate::accel::AccelerationKind;
 use crate::background::Constant;
 use crate::camera::{Pinhole, Up, View};
+use crate::color::to_pixel;
 use crate::image::FrameBuffer;
 use crate::light::{Directional, Hemisphere, Light, Point};
 use crate::material::{Flat, Lambertian, Material, Phong};
 use crate::medium::Fog;
 use crate::sampler::SamplerKind;
 use crate::scene::{Geometry, Mesh, NeedsRebuild, Scene, SceneDescription, Spheres, build};
-use crate::stack::{Context, Fragment, Statistics};
+use crate::stack::{Context, Fragment, Occlusion, Statistics};
+use crate::tone::Tone;
 
 mod translucent;
 
@@ -50,7 +52,8 @@ fn render_scene(width: usize, scene: &Scene, how: How) -> (Vec<u32>, Statistics)
     let statistics = Statistics::default();
     let renderer = how.renderer.build();
     let token = AnyToken::detect();
-    let context = Context { token, width, scene, renderer: &*renderer, statistics: &statistics, frame: 0 };
+    let context =
+        Context { token, width, scene, renderer: &*renderer, statistics: &statistics, tone: Tone::default(), frame: 0 };
     let sampler = how.sampler.build();
     for y0 in (0..HEIGHT).step_by(how.fragment as usize) {
         for x0 in (0..WIDTH).step_by(how.fragment as usize) {
@@ -96,7 +99,7 @@ fn middle(picture: &[u32]) -> u32 {
 #[test]
 fn one_picture_at_every_packet_width_fragment_and_structure() {
     let scene = crate::builtin::scene();
-    for sampler in [SamplerKind::Single, SamplerKind::Jittered { side: 3 }] {
+    for sampler in [SamplerKind::Single, SamplerKind::of_samples(9)] {
         let how = How { sampler, ..PLAIN };
         let (picture, statistics) = render(64, &scene, how);
         let counts = |s: &Statistics| [s.primary.get(), s.shadow.get(), s.secondary.get()];
@@ -114,6 +117,54 @@ fn one_picture_at_every_packet_width_fragment_and_structure() {
     }
     let (picture, _) = render(64, &scene, PLAIN);
     assert!(picture == render(64, &scene, How { kind: AccelerationKind::Brute, ..PLAIN }).0, "bvh and brute differ");
+}
+
+#[test]
+fn ambient_occlusion_is_one_picture_too() {
+    let pictures = |kind, width, fragment| {
+        let mut scene = build(&crate::builtin::scene(), kind).unwrap();
+        scene.occlusion = Some(Occlusion { rays: 3, distance: 2.0 });
+        [SamplerKind::Single, SamplerKind::of_samples(5)].map(|sampler| {
+            let (picture, counts) = render_scene(width, &scene, How { sampler, fragment, ..PLAIN });
+            (picture, counts.shadow.get())
+        })
+    };
+    let expected = pictures(AccelerationKind::Bvh, 64, 1000);
+    assert!(expected[0].0 != render(64, &crate::builtin::scene(), PLAIN).0, "it changes something");
+    for (kind, width, fragment) in
+        [(AccelerationKind::Bvh, 1, 1000), (AccelerationKind::Bvh, 256, 7), (AccelerationKind::Brute, 16, 1000)]
+    {
+        assert!(pictures(kind, width, fragment) == expected, "{kind}, packets of {width}, fragments of {fragment}");
+    }
+}
+
+#[test]
+fn what_a_ball_keeps_away_is_its_share_of_the_sky() {
+    let (radius, height) = (3.9_f32, 9.0_f32);
+    // Behind the eye; no light but that from everywhere.
+    let ball = |material| {
+        let objects = vec![floor(0.0, 0), sphere([0.0, height, 0.0], radius, 1)];
+        let ambient = Arc::new(Hemisphere { above: Vec3::ONE, below: Vec3::ONE });
+        let dark: Arc<dyn Light> = Arc::new(Directional { direction: Vec3::Y, color: Vec3::ZERO });
+        SceneDescription { lights: vec![dark], ambient, ..stage(objects, material) }
+    };
+    let open = 1.0 - (radius / height) * (radius / height);
+    let byte = |open: f32| (to_pixel(Vec3::splat(open)) & 0xff) as i32;
+    for (distance, expected) in [(f32::INFINITY, open), (4.0, 1.0)] {
+        for renderer in [RendererKind::Raytracer, RendererKind::AmbientOcclusion] {
+            let mut scene = build(&ball(Phong::default()), AccelerationKind::Bvh).unwrap();
+            scene.occlusion = Some(Occlusion { rays: 16, distance });
+            let how = How { renderer, sampler: SamplerKind::of_samples(64), ..PLAIN };
+            let found = middle(&render_scene(64, &scene, how).0) as i32;
+            assert!((found - byte(expected)).abs() <= 1, "{renderer}, {distance}: {found} for {}", byte(expected));
+        }
+    }
+    // What lets half of the light through keeps half as much away.
+    let mut scene = build(&ball(Phong { transparency: 0.5, ..Phong::default() }), AccelerationKind::Bvh).unwrap();
+    scene.occlusion = Some(Occlusion { rays: 16, distance: f32::INFINITY });
+    let how = How { renderer: RendererKind::AmbientOcclusion, sampler: SamplerKind::of_samples(64), ..PLAIN };
+    let found = middle(&render_scene(64, &scene, how).0) as i32;
+    assert!((found - byte(0.5 + 0.5 * open)).abs() <= 1, "{found} for {}", byte(0.5 + 0.5 * open));
 }
 
 #[test]
@@ -321,7 +372,7 @@ fn every_renderer_takes_empty_and_unknown_things() {
             assert_eq!(statistics.primary.get(), u64::from(WIDTH * HEIGHT), "{renderer}");
         }
     }
-    assert!("phong".parse::<RendererKind>().unwrap_err().to_string().contains("raytracer, primary"));
+    assert!("phong".parse::<RendererKind>().unwrap_err().to_string().contains("raytracer, ao, primary"));
     assert_eq!("brute".parse(), Ok(AccelerationKind::Brute));
 }
 

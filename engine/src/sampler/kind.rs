@@ -4,20 +4,22 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use super::{Jittered, SingleSample};
+use super::{Filter, SingleSample, Sobol};
 use crate::choice::UnknownName;
 use crate::stack::PixelSampler;
 
-/// A pixel sampler: `single`, or `jittered:K` with K x K samples a pixel (`jittered` alone: 3 x 3).
+/// A pixel sampler: `single`, or `sobol:N` with N samples a pixel (`sobol` alone: 16), or `sobol:N:FILTER`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SamplerKind {
     /// One sample in the middle of each pixel.
     #[default]
     Single,
-    /// A grid of samples in each pixel, each jittered in its cell.
-    Jittered {
-        /// Samples along a pixel's side, 1 to 32.
-        side: u32,
+    /// Several samples a pixel, spread evenly.
+    Sobol {
+        /// How many.
+        samples: u32,
+        /// What a pixel shows of the picture around it.
+        filter: Filter,
     },
 }
 
@@ -26,7 +28,28 @@ impl SamplerKind {
     pub fn build(self) -> Arc<dyn PixelSampler> {
         match self {
             Self::Single => Arc::new(SingleSample),
-            Self::Jittered { side } => Arc::new(Jittered::new(side)),
+            Self::Sobol { samples, filter } => Arc::new(Sobol::new(samples, filter)),
+        }
+    }
+
+    /// So many samples a pixel: one is in its middle.
+    pub fn of_samples(samples: u32) -> Self {
+        if samples <= 1 { Self::Single } else { Self::Sobol { samples, filter: Filter::default() } }
+    }
+
+    /// How many samples a pixel has.
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Single => 1,
+            Self::Sobol { samples, .. } => samples,
+        }
+    }
+
+    /// The same with another filter, where there is one.
+    pub fn with_filter(self, filter: Filter) -> Self {
+        match self {
+            Self::Single => self,
+            Self::Sobol { samples, .. } => Self::Sobol { samples, filter },
         }
     }
 }
@@ -34,18 +57,25 @@ impl SamplerKind {
 impl FromStr for SamplerKind {
     type Err = UnknownName;
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let side = |k: &str| k.parse().ok().filter(|k| (1..=Jittered::MOST).contains(k));
-        let jittered = |k: &str| side(k).map(|side| Self::Jittered { side });
+        let samples = |n: &str| n.parse().ok().filter(|n| (1..=Sobol::MOST).contains(n));
+        let sobol = |text: &str| {
+            let (n, filter) =
+                text.split_once(':').map_or((text, Ok(Filter::default())), |(n, filter)| (n, filter.parse()));
+            Some(Self::Sobol { samples: samples(n)?, filter: filter.ok()? })
+        };
         let lower = name.to_ascii_lowercase();
         let found = match &*lower {
             "single" => Some(Self::Single),
-            "jittered" => Some(Self::Jittered { side: 3 }),
-            _ => lower.strip_prefix("jittered:").and_then(jittered),
+            "sobol" => sobol("16"),
+            _ => lower.strip_prefix("sobol:").and_then(sobol),
         };
         found.ok_or_else(|| UnknownName {
             kind: "pixel sampler",
             name: name.to_owned(),
-            known: format!("single, jittered, jittered:K (K x K samples, K from 1 to {})", Jittered::MOST),
+            known: format!(
+                "single, sobol, sobol:N (N samples, from 1 to {}), sobol:N:FILTER (box, gaussian or mitchell)",
+                Sobol::MOST
+            ),
         })
     }
 }
@@ -54,7 +84,8 @@ impl fmt::Display for SamplerKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Single => f.write_str("single"),
-            Self::Jittered { side } => write!(f, "jittered:{side}"),
+            Self::Sobol { samples, filter } if *filter == Filter::default() => write!(f, "sobol:{samples}"),
+            Self::Sobol { samples, filter } => write!(f, "sobol:{samples}:{filter}"),
         }
     }
 }
@@ -65,11 +96,11 @@ mod tests {
 
     #[test]
     fn names_lead_to_samplers_and_back() {
-        for name in ["single", "jittered:1", "jittered:32"] {
+        for name in ["single", "sobol:1", "sobol:65536", "sobol:4:box", "sobol:5:mitchell"] {
             assert_eq!(name.parse::<SamplerKind>().unwrap().to_string(), name);
         }
-        for name in ["", "jittered:0", "jittered:33", "jittered:x", "adaptive"] {
-            assert!(name.parse::<SamplerKind>().unwrap_err().to_string().contains("jittered:K"));
+        for name in ["", "sobol:0", "sobol:65537", "sobol:x", "sobol:4:sinc", "sobol:4:", "adaptive"] {
+            assert!(name.parse::<SamplerKind>().unwrap_err().to_string().contains("sobol:N"));
         }
     }
 }

@@ -1,13 +1,22 @@
 //! Pixel samplers: which rays a pixel gets, and in which packets (paper 5.4).
 
 mod fill;
-mod jittered;
+mod filter;
 mod kind;
 pub mod morton;
 mod single;
+mod sobol;
 
-pub use jittered::Jittered;
+pub use filter::Filter;
 pub use kind::SamplerKind;
 pub use single::SingleSample;
+pub use sobol::Sobol;
 
+use crate::math::hash;
 pub use crate::stack::PixelSampler;
+
+/// What scrambles the sequence of a pixel.
+#[inline(always)]
+fn pixel_seed([x, y]: [u32; 2]) -> u32 {
+    hash(x ^ hash(y ^ 0x9e37_79b9))
+}

@@ -2,6 +2,7 @@
 
 use super::fill::fill;
 use super::morton::for_each_piece;
+use super::pixel_seed;
 use crate::color::to_pixels;
 use crate::image::FrameBuffer;
 use crate::packet::{Column, Packet};
@@ -22,14 +23,26 @@ impl PixelSampler for SingleSample {
             packet.channel = fragment.channel as u32;
             let [x, y] = &mut packet.image;
             for ((x, y), pixel) in x.iter_mut().zip(y.iter_mut()).zip(pixels) {
-                *x = pixel[0] as f32 + 0.5;
-                *y = pixel[1] as f32 + 0.5;
+                // By way of i32: all levels have instructions for that.
+                *x = pixel[0] as i32 as f32 + 0.5;
+                *y = pixel[1] as i32 as f32 + 0.5;
             }
+            let [seeds, numbers] = &mut packet.samples;
+            seeds.iter_mut().zip(pixels).for_each(|(seed, &pixel)| *seed = pixel_seed(pixel));
+            numbers[..pixels.len()].fill(context.frame);
             camera.make_rays(context, size, packet);
             context.renderer.trace(context, packet);
-            to_pixels(context.token, packet.color.each_ref().map(|column| &column[..]), pixels.len(), shown);
-            for (&pixel, &color) in pixels.iter().zip(shown.iter()) {
-                fill(out, &fragment, pixel, color);
+            to_pixels(
+                context.token,
+                context.tone,
+                packet.color.each_ref().map(|column| &column[..]),
+                pixels.len(),
+                shown,
+            );
+            if fragment.step == 1 {
+                out.set_each(pixels, shown);
+            } else {
+                pixels.iter().zip(shown.iter()).for_each(|(&pixel, &color)| fill(out, &fragment, pixel, color));
             }
         });
     }

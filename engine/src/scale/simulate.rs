@@ -322,7 +322,8 @@ mod tests {
         assert!(projection.lost.imbalance > 0.99, "{projection:?}");
         // By-cost begins with it, in sixteenths.
         let projection = play(&costs, 1000, "by-cost", 512);
-        assert!(projection.speedup > 30.0 && projection.speedup <= 32.0, "{projection:?}");
+        // What handing out a tile costs is measured here, and costs one processor more.
+        assert!(projection.speedup > 30.0 && projection.speedup <= 32.1, "{projection:?}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::SceneDescription;
-use super::bulk::bulk;
+use super::bulk::{SAMPLES, bulk};
 use crate::accel::AccelerationKind;
 use crate::geometry::{Geometries, SceneError};
 use crate::light::{Directional, Light, Point};
@@ -25,11 +25,16 @@ pub fn build(description: &SceneDescription, kind: AccelerationKind) -> Result<S
 /// As [`build`], with the geometry of the same description.
 pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Scene {
     let media = &description.media;
-    let extremes = |visit: &mut dyn FnMut(Vec3)| {
-        geometry.extremes(visit);
-        media.iter().for_each(|medium| medium.extremes(visit));
+    let of_media = |visit: &mut dyn FnMut(Vec3)| media.iter().for_each(|medium| medium.extremes(visit));
+    let some = |visit: &mut dyn FnMut(Vec3)| {
+        geometry.some_extremes(4 * SAMPLES, visit);
+        of_media(visit);
     };
-    let bulk = bulk(extremes, bounds(&geometry, media));
+    let all = |visit: &mut dyn FnMut(Vec3)| {
+        geometry.extremes(visit);
+        of_media(visit);
+    };
+    let bulk = bulk(some, all, bounds(&geometry, media));
     let up = description.up.unwrap_or_else(|| Up::guess(bulk));
     let default = NamedMaterial { name: "default".to_owned(), material: Arc::new(Lambertian::default()) };
     let lights = match &description.lights[..] {
@@ -42,6 +47,7 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
         ambient: description.ambient.clone(),
         background: description.background.clone(),
         media: media.clone(),
+        occlusion: None,
         shadows: true,
         geometry,
         up,

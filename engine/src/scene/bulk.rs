@@ -5,12 +5,16 @@ use glam::Vec3;
 /// What is farther from the middle than so many times the size of most is not looked at.
 const FAR: f32 = 256.0;
 /// So many points at most say what most is.
-const SAMPLES: usize = 4096;
+pub(super) const SAMPLES: usize = 4096;
 
-/// The bounds of all points but those that are far from most of them. `visit_all` calls its argument with all points, in the same
-/// order each time; `bounds` are those of all.
-pub(super) fn bulk(visit_all: impl Fn(&mut dyn FnMut(Vec3)), bounds: (Vec3, Vec3)) -> (Vec3, Vec3) {
-    let samples = samples(&visit_all);
+/// The bounds of all points but those that are far from most of them. `visit_all` calls its argument with all points, `visit_some` with
+/// some that are drawn from all; `bounds` are those of all.
+pub(super) fn bulk(
+    visit_some: impl FnOnce(&mut dyn FnMut(Vec3)),
+    visit_all: impl FnOnce(&mut dyn FnMut(Vec3)),
+    bounds: (Vec3, Vec3),
+) -> (Vec3, Vec3) {
+    let samples = samples(visit_some);
     if samples.is_empty() {
         return bounds;
     }
@@ -35,7 +39,7 @@ pub(super) fn bulk(visit_all: impl Fn(&mut dyn FnMut(Vec3)), bounds: (Vec3, Vec3
 }
 
 /// Some of the points, drawn from all of them, the same each time.
-fn samples(visit_all: impl Fn(&mut dyn FnMut(Vec3))) -> Vec<Vec3> {
+fn samples(visit_all: impl FnOnce(&mut dyn FnMut(Vec3))) -> Vec<Vec3> {
     let (mut samples, mut mask, mut number) = (Vec::new(), 0_u32, 0_u32);
     // Which ones looks random: points come in patterns.
     let lot = |number: u32| (number.wrapping_mul(0x9e37_79b1) ^ 0x5bd1_e995).wrapping_mul(0x85eb_ca77) >> 7;
@@ -58,7 +62,8 @@ mod tests {
 
     fn of(points: &[Vec3]) -> (Vec3, Vec3) {
         let bounds = points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), &p| (a.min(p), b.max(p)));
-        bulk(|visit| points.iter().for_each(|&point| visit(point)), bounds)
+        let visit = |visit: &mut dyn FnMut(Vec3)| points.iter().for_each(|&point| visit(point));
+        bulk(visit, visit, bounds)
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::camera::CameraKind;
 use crate::image::Size;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
+use crate::tone::Curve;
 use crate::view::View;
 
 /// How a scene is to be rendered. What is `None` is left to whoever renders it.
@@ -29,6 +30,12 @@ pub struct Rendering {
     pub sampler: Option<SamplerKind>,
     /// Are there shadows?
     pub shadows: Option<bool>,
+    /// How far is it looked for what keeps ambient light away? 0: it is not.
+    pub occlusion: Option<f32>,
+    /// What becomes of light that is brighter than a screen.
+    pub tone: Option<Curve>,
+    /// What light is multiplied with before, as a power of 2.
+    pub exposure: Option<f32>,
     /// How time goes on.
     pub time: Option<Time>,
 }
@@ -57,7 +64,8 @@ impl Rendering {
 
     /// Takes from `other` what this does not say.
     pub(super) fn merge(&mut self, other: Self) {
-        let Self { size, camera, eye, at, up, fov, renderer, sampler, shadows, time } = other;
+        let Self { size, camera, eye, at, up, fov, renderer, sampler, shadows, occlusion, tone, exposure, time } =
+            other;
         self.size = self.size.or(size);
         self.camera = self.camera.or(camera);
         self.eye = self.eye.or(eye);
@@ -67,6 +75,9 @@ impl Rendering {
         self.renderer = self.renderer.or(renderer);
         self.sampler = self.sampler.or(sampler);
         self.shadows = self.shadows.or(shadows);
+        self.occlusion = self.occlusion.or(occlusion);
+        self.tone = self.tone.or(tone);
+        self.exposure = self.exposure.or(exposure);
         self.time = self.time.or(time);
     }
 }

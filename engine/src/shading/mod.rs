@@ -1,12 +1,21 @@
-//! What materials share: points to shade, what reaches them from lights, and rays that go on from them. What renderers
-//! share: rays that go on through what is opaque in part.
+//! How hits are coloured, and what materials and renderers share.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `shade` | a packet's colours: first what lights its hits, then what each material makes of it |
+//! | `openness` | how open the sky is above points: ambient occlusion |
+//! | `shadow` | what of a light arrives: the one place that makes any-hit packets |
+//! | `secondary` | rays that go on from hits |
+//! | `through` | rays that go on through what is opaque in part |
 
-mod points;
+mod openness;
 mod secondary;
+mod shade;
 mod shadow;
 mod through;
 
-pub use points::Points;
+pub(crate) use openness::openness;
 pub use secondary::trace;
-pub use shadow::illuminate;
+pub use shade::shade;
+use shadow::illuminate;
 pub use through::see_through;

@@ -45,6 +45,9 @@ pub fn trace(
     for (to, from) in packet.image.iter_mut().zip(hits.image()) {
         to.iter_mut().zip(rows).for_each(|(to, &i)| *to = from[usize::from(i)]);
     }
+    for (to, from) in packet.samples.iter_mut().zip(hits.samples()) {
+        to.iter_mut().zip(rows).for_each(|(to, &i)| *to = from[usize::from(i)]);
+    }
     packet.rays_mut().promise(Properties::NORMALIZED_DIRECTIONS);
     context.renderer.trace(context, packet);
     for (k, &i) in rows.iter().enumerate() {

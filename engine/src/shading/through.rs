@@ -69,6 +69,9 @@ impl Layer {
         gather(new.t_min_mut(), old.t_max());
         new.promise(old.properties() & (Properties::COMMON_ORIGIN | Properties::NORMALIZED_DIRECTIONS));
         packet.image.iter_mut().zip(&before.image).for_each(|(to, column)| gather(&mut to[..count], column));
+        for (to, column) in packet.samples.iter_mut().zip(&before.samples) {
+            to.iter_mut().zip(from).for_each(|(to, &i)| *to = column[usize::from(i)]);
+        }
         count > 0
     }
 }

@@ -1,9 +1,10 @@
 //! What the parts of tiles cost in earlier frames, and in which parts, in which order, to render them next.
 //!
 //! Source: frame-to-frame coherence of costs, as load balancers of interactive ray tracers have used it since Parker et
-//! al. 1999. A tile is rendered whole, or in quarters, or in quarters of quarters, by what it costs beside a thread's share
-//! of the frame: on two threads hardly any is cut, on 512 most are. What is dear comes first; what is cheap keeps its place,
-//! since neighbours share what they meet.
+//! al. 1999. What is dear comes first; what is cheap keeps its place, since neighbours share what they meet. A part of a tile costs more
+//! a ray than the whole, as its packets have fewer rays: so a tile is cut in quarters, and they in quarters, only where it could end after
+//! all others. What still remains to be done for each thread when it is begun says that (guided self-scheduling, Polychronopoulos and Kuck
+//! 1987, over costs): on two threads nothing is cut, on 512 what is dearest, and the last of the others.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -19,9 +20,14 @@ const QUARTERS: u32 = 1;
 const SIXTEENTHS: u32 = 5;
 const PARTS: usize = 21;
 
-/// A tile is cut when it costs more than this part of a thread's share, a quarter when it costs more than that: packets of
-/// few rays cost more a ray.
-const CUT: [f32; 2] = [1.0 / 16.0, 1.0 / 3.0];
+/// A part is cut when it costs more than this fraction of what is left for each thread when it is begun, itself among it.
+const OF_REST: f32 = 0.6;
+
+/// No part is cut that costs less than this fraction of a thread's share of the frame.
+const OF_SHARE: f32 = 1.0 / 16.0;
+
+/// So many times what a part costs its quarters do together, where that is not known.
+const QUARTERED: f32 = 1.1;
 
 /// Classes of cost, each half of the one before; the last one is everything below a thread's share over `2^CLASSES`.
 const CLASSES: usize = 9;
@@ -40,13 +46,26 @@ pub(super) struct TileCosts {
 pub(super) struct Order {
     pub(super) parts: Vec<Part>,
     pub(super) costs: Vec<f32>,
-    // What is sorted, kept so that planning allocates nothing.
-    unsorted: Vec<(Part, f32)>,
+    // What is still to be ordered, kept so that planning allocates nothing.
+    classes: [Vec<(Part, f32)>; CLASSES],
 }
 
 impl Part {
-    pub(super) fn tile(self) -> usize {
+    const fn whole(tile: usize) -> Self {
+        Self(tile as u32 * 32)
+    }
+
+    pub(super) const fn tile(self) -> usize {
         self.0 as usize / 32
+    }
+
+    /// How often the tile was cut for it.
+    const fn cuts(self) -> u32 {
+        match self.0 % 32 {
+            WHOLE => 0,
+            QUARTERS..SIXTEENTHS => 1,
+            _ => 2,
+        }
     }
 
     /// In how many columns and rows of such parts the tile is cut, and which of them this one is.
@@ -61,6 +80,13 @@ impl Part {
             }
         }
     }
+
+    /// The four that it is cut into.
+    fn quarters(self) -> [Self; 4] {
+        let (tile, part) = (self.0 / 32 * 32, self.0 % 32);
+        let first = if part == WHOLE { QUARTERS } else { SIXTEENTHS + 4 * (part - QUARTERS) };
+        [0, 1, 2, 3].map(|n| Self(tile + first + n))
+    }
 }
 
 impl TileCosts {
@@ -70,67 +96,68 @@ impl TileCosts {
         Self { tiles: each_tile(tiles, unknown), cuts: cuts.min(2) }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.tiles.is_empty()
+    }
+
     /// Notes what a part has cost, in any unit.
     pub(super) fn note(&self, part: Part, cost: f32) {
-        let tile = &self.tiles[part.tile()];
-        let set = |part: u32, cost: f32| tile[part as usize].store(cost.to_bits(), Ordering::Relaxed);
-        let part = part.0 % 32;
-        set(part, cost);
-        if part >= SIXTEENTHS {
-            set(QUARTERS + (part - SIXTEENTHS) / 4, f32::NAN);
+        self.set(part, cost);
+        let (tile, place) = (part.0 / 32 * 32, part.0 % 32);
+        if place >= SIXTEENTHS {
+            self.set(Part(tile + QUARTERS + (place - SIXTEENTHS) / 4), f32::NAN);
         }
-        if part != WHOLE {
-            set(WHOLE, f32::NAN);
+        if place != WHOLE {
+            self.set(Part(tile + WHOLE), f32::NAN);
         }
     }
 
-    fn get(&self, tile: usize, part: u32) -> f32 {
-        f32::from_bits(self.tiles[tile][part as usize].load(Ordering::Relaxed))
+    fn set(&self, part: Part, cost: f32) {
+        self.tiles[part.tile()][part.0 as usize % 32].store(cost.to_bits(), Ordering::Relaxed);
     }
 
     /// The cost of a part, or of those that it was last rendered in.
-    fn cost(&self, tile: usize, part: u32) -> f32 {
-        let cost = self.get(tile, part);
-        if cost.is_nan() && part < SIXTEENTHS { smaller(part).map(|part| self.cost(tile, part)).sum() } else { cost }
+    fn cost(&self, part: Part) -> f32 {
+        let cost = f32::from_bits(self.tiles[part.tile()][part.0 as usize % 32].load(Ordering::Relaxed));
+        if cost.is_nan() && part.cuts() < 2 { part.quarters().map(|part| self.cost(part)).iter().sum() } else { cost }
     }
 
     /// Plans a frame for so many threads.
     pub(super) fn plan(&self, threads: usize, order: &mut Order) {
-        let total: f32 = (0..self.tiles.len()).map(|tile| self.cost(tile, WHOLE)).sum();
+        let whole = || (0..self.tiles.len()).map(|tile| (Part::whole(tile), self.cost(Part::whole(tile))));
+        let mut left: f32 = whole().map(|(_, cost)| cost).sum();
         // One thread shares with nobody: nothing is cut or moved.
-        let share = if threads == 1 { f32::INFINITY } else { total / threads as f32 };
-        order.unsorted.clear();
-        for tile in 0..self.tiles.len() {
-            self.add(tile, WHOLE, self.cost(tile, WHOLE), true, share, &mut order.unsorted);
-        }
-        // A counting sort by class, which leaves each class in the order of its tiles.
-        let class = |cost: f32| ((share / cost.max(f32::MIN_POSITIVE)).log2().max(0.0) as usize).min(CLASSES - 1);
-        let mut starts = [0; CLASSES];
-        order.unsorted.iter().for_each(|&(_, cost)| starts[class(cost)] += 1);
-        let mut start = 0;
-        for place in &mut starts {
-            start += std::mem::replace(place, start);
-        }
-        order.parts.resize(start, Part(0));
-        order.costs.resize(start, 0.0);
-        for &(part, cost) in &order.unsorted {
-            let place = &mut starts[class(cost)];
-            (order.parts[*place], order.costs[*place]) = (part, cost);
-            *place += 1;
-        }
-    }
-
-    /// Adds a part, or what it is cut into. Where `known` is false, `cost` is a guess that is better than what is noted.
-    fn add(&self, tile: usize, part: u32, cost: f32, known: bool, share: f32, parts: &mut Vec<(Part, f32)>) {
-        let cuts = u32::from(part >= QUARTERS) + u32::from(part >= SIXTEENTHS);
-        if cuts >= self.cuts || cost <= CUT[cuts as usize] * share {
-            return parts.push((Part(tile as u32 * 32 + part), cost));
-        }
-        // What was rendered whole the last time is taken to cost the same everywhere.
-        let known = known && self.get(tile, part).is_nan();
-        for part in smaller(part) {
-            let cost = if known { self.cost(tile, part) } else { cost / 4.0 };
-            self.add(tile, part, cost, known, share, parts);
+        let share = if threads == 1 { f32::INFINITY } else { left / threads as f32 };
+        // The exponent of a float is its logarithm, rounded down.
+        let halvings = |cost: f32| ((share / cost.max(f32::MIN_POSITIVE)).to_bits() >> 23).saturating_sub(127) as usize;
+        let class = |cost: f32| halvings(cost).min(CLASSES - 1);
+        let Order { parts, costs, classes } = order;
+        parts.clear();
+        costs.clear();
+        classes.iter_mut().for_each(Vec::clear);
+        whole().for_each(|piece| classes[class(piece.1)].push(piece));
+        for now in 0..CLASSES {
+            let mut next = 0;
+            while let Some(&(part, cost)) = classes[now].get(next) {
+                next += 1;
+                let most = (OF_REST * left / threads as f32).max(OF_SHARE * share);
+                if cost <= most || part.cuts() == self.cuts {
+                    parts.push(part);
+                    costs.push(cost);
+                    left -= cost;
+                    continue;
+                }
+                // As dear beside each other as they were the last time that they were rendered.
+                let quarters = part.quarters().map(|quarter| (quarter, self.cost(quarter)));
+                let sum: f32 = quarters.iter().map(|(_, cost)| cost).sum();
+                for (quarter, of_sum) in quarters {
+                    let cost = cost * QUARTERED * of_sum / sum;
+                    // The next frame may be planned when only some of them have been rendered.
+                    self.set(quarter, cost);
+                    classes[class(cost).max(now)].push((quarter, cost));
+                }
+                left += cost * (QUARTERED - 1.0);
+            }
         }
     }
 }
@@ -143,10 +170,4 @@ pub(super) fn each_tile<T>(tiles: usize, make: impl Fn(usize) -> T) -> Vec<T> {
     }
     list.extend((0..tiles).map(make));
     list
-}
-
-/// The four that a part is cut into.
-fn smaller(part: u32) -> std::ops::Range<u32> {
-    let first = if part == WHOLE { QUARTERS } else { SIXTEENTHS + 4 * (part - QUARTERS) };
-    first..first + 4
 }

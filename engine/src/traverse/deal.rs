@@ -44,24 +44,29 @@ impl Deal {
     /// At the barrier: makes ready for a frame.
     pub(crate) fn begin(&mut self, sizes: &[Size], threads: usize) {
         let resized = self.tiles.set_sizes(sizes);
-        if !self.frame.balancer.wants_costs() {
+        let changed = resized || threads != self.threads;
+        self.threads = threads;
+        if resized {
+            self.costs = TileCosts::default();
+        }
+        if !self.frame.balancer.wants_costs(threads) {
+            self.frame.order = Order::default();
             return self.frame.balancer.reset(self.tiles.count(), threads);
         }
-        if resized {
+        if self.costs.is_empty() {
             self.costs = TileCosts::new(self.tiles.count(), self.tiles.cuts(LEAST_SIDE));
         }
         let next = self.next.get_mut().unwrap_or_else(PoisonError::into_inner);
-        if resized || threads != self.threads || !next.made {
+        if changed || !next.made {
             next.make(&self.costs, threads);
         }
-        self.threads = threads;
         next.made = false;
         std::mem::swap(&mut self.frame, next);
     }
 
     /// During the frame, before a thread takes anything: the last thread plans the next frame. Returns whether it did.
     pub(crate) fn plan(&self, thread: usize) -> bool {
-        let mine = thread + 1 == self.threads && self.frame.balancer.wants_costs();
+        let mine = thread + 1 == self.threads && self.frame.balancer.wants_costs(self.threads);
         if mine {
             self.next.lock().unwrap_or_else(PoisonError::into_inner).make(&self.costs, self.threads);
         }
@@ -95,7 +100,7 @@ impl Deal {
     /// A thread's part of the frame.
     pub(crate) fn render(&self, thread: usize, renderer: &dyn FragmentRenderer) {
         self.plan(thread);
-        let timed = self.frame.balancer.wants_costs();
+        let timed = self.frame.balancer.wants_costs(self.threads);
         let mut start = Instant::now();
         while let Some(items) = self.next(thread, &mut |_| ()) {
             for item in items {

@@ -71,7 +71,7 @@ fn size() -> impl Strategy<Value = Size> {
 }
 
 fn balancer() -> impl Strategy<Value = BalancerKind> {
-    prop::sample::select(vec!["work-queue", "work-queue:5", "by-cost", "cyclic", "static"])
+    prop::sample::select(vec!["auto", "work-queue", "work-queue:5", "by-cost", "cyclic", "static"])
         .prop_map(|name| name.parse().unwrap())
 }
 
@@ -117,6 +117,16 @@ proptest! {
         // A change begins anew.
         let (_, rendered) = frame(&mut *traverser, &canvas, threads, true);
         prop_assert_eq!(rendered, pixels);
+    }
+}
+
+#[test]
+fn few_threads_become_many_and_few_again() {
+    let mut tiled = Tiled::new(TileSize::default(), BalancerKind::default().build());
+    for (threads, width) in [(1, 90), (40, 90), (40, 90), (2, 90), (40, 90), (2, 200), (40, 200), (40, 200), (1, 200)] {
+        let picture = Size::new(width, 70).unwrap();
+        let rendered = frame(&mut tiled, &Canvas::new(&[picture]), threads, false);
+        assert_eq!(rendered, (false, picture.pixels()), "{threads} threads");
     }
 }
 

@@ -4,8 +4,12 @@
 use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use mobula::load::{LoadError, Loaded, load};
+
+/// Tests of one process may give their folders the same name.
+static NEXT: AtomicUsize = AtomicUsize::new(0);
 
 /// A folder of its own for each test, removed at its end.
 pub(crate) struct Folder(pub(crate) PathBuf);
@@ -15,7 +19,7 @@ impl Folder {
         // In memory where there is such a file system: thousands of small files are written.
         let memory = PathBuf::from("/dev/shm");
         let base = if memory.is_dir() { memory } else { std::env::temp_dir() };
-        let path = base.join(format!("mobula-load-{test}-{}", std::process::id()));
+        let path = base.join(format!("mobula-load-{test}-{}-{}", std::process::id(), NEXT.fetch_add(1, Relaxed)));
         fs::create_dir_all(&path).unwrap();
         Self(path)
     }

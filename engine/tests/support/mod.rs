@@ -3,13 +3,18 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+/// Tests of one process may give their folders the same name.
+static NEXT: AtomicUsize = AtomicUsize::new(0);
 
 /// A folder of its own for each test, removed at its end.
 pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
     pub(crate) fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("mobula-cli-{test}-{}", std::process::id()));
+        let name = format!("mobula-cli-{test}-{}-{}", std::process::id(), NEXT.fetch_add(1, Relaxed));
+        let path = std::env::temp_dir().join(name);
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }

@@ -54,7 +54,7 @@ crate::kernels! {
     }
     node_packet { general: NodePacket<false>, common_origin: NodePacket<true> }
     node_diverged { general: NodeDiverged<false>, common_origin: NodeDiverged<true> }
-    node_stream { general: NodeStream }
+    node_stream { closest: NodeStream<false>, any: NodeStream<true> }
     node_single { general: NodeSingle }
     frusta { general: FrustaSetup<false>, common_origin: FrustaSetup<true> }
     inverse { general: Inverse }

@@ -6,17 +6,18 @@ use alloc::string::String;
 
 use mobula_simd::{Dispatch, MaskLanes, Scalar, Token};
 
+use crate::Properties;
 use crate::kernel::boxes::Planes;
-use crate::kernel::diverged::{ANY_SIGNS, WORDS, rays_meeting};
+use crate::kernel::diverged::{ANY_SIGNS, rays_meeting};
 use crate::kernel::frusta::NodeDistances;
 use crate::kernel::groups::group_size;
 use crate::kernel::margin::{Frame, PAD, larger};
 use crate::kernel::single::{OneRay, SingleRay, padded_origin};
 use crate::kernel::stream::Stream;
+use crate::kernel::words::{WORDS, word_size};
 use crate::lab::find::{in_reach, ray_in_reach};
 use crate::lab::{Dice, Draft, DraftRay, Kernel, Outcome, Work};
 use crate::oracle::{self, Truth};
-use crate::{Properties, Rays};
 
 fn draw(dice: &mut Dice<'_>) -> Planes {
     let mut planes = [[0.0; 8]; 6];
@@ -143,10 +144,10 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodePacket<COMMON_ORIGIN> {
 #[derive(Debug)]
 pub struct NodeDiverged<const COMMON_ORIGIN: bool>;
 
-/// [`Stream`]: rays that have nothing in common, each against each box that overlaps the box around all of them. A test is a ray
+/// [`Stream::meetings`]: rays that have nothing in common, and look for `ANY` hit or the closest, each against each box. A test is a ray
 /// and a box.
 #[derive(Debug)]
-pub struct NodeStream;
+pub struct NodeStream<const ANY: bool>;
 
 /// Words of 16 bits that answer for all rays.
 fn words(rays: usize) -> usize {
@@ -253,13 +254,13 @@ impl<const COMMON_ORIGIN: bool> Kernel for NodeDiverged<COMMON_ORIGIN> {
     }
 }
 
-impl Kernel for NodeStream {
-    type General = Self;
+impl<const ANY: bool> Kernel for NodeStream<ANY> {
+    type General = NodeStream<false>;
     const PRIMITIVES: usize = 16;
     of_nodes!();
 
     fn extra(rays: usize, nodes: usize) -> usize {
-        nodes * 8 * words(rays)
+        nodes * 8 * (words(rays) + 1)
     }
 
     fn tests(rays: usize, nodes: usize) -> usize {
@@ -276,42 +277,56 @@ impl Kernel for NodeStream {
 
     #[inline(always)]
     fn run<T: Token, const N: usize>(token: T, work: &mut Work<Planes, N>) {
-        if N <= 16 {
-            streams::<T, N, 16>(token, work);
-        } else {
-            streams::<T, N, 64>(token, work);
+        let Work { rays, primitives, extra, frame, .. } = work;
+        let width = (extra.len() / primitives.len().max(1) / 8).saturating_sub(1);
+        let (bits, nears) = extra.split_at_mut(8 * width * primitives.len());
+        nears.fill(f32::INFINITY);
+        let mut stream = Stream::default();
+        for word in 0..N.div_ceil(64) {
+            let (mut active, mut lane) = (0, 0);
+            while lane < word_size(N) {
+                active |= u64::from(rays.active(token, 64 * word + lane).bits()) << lane;
+                lane += T::LANES;
+            }
+            if active == 0 {
+                continue;
+            }
+            stream.derive(token, rays, frame, word);
+            let outs = bits.chunks_exact_mut(8 * width.max(1)).zip(nears.chunks_exact_mut(8));
+            for (planes, (bits, nears)) in primitives.iter().zip(outs) {
+                let meetings = stream.meetings::<T, ANY>(token, rays, planes, word, active);
+                for (slot, out) in bits.chunks_exact_mut(width.max(1)).enumerate() {
+                    let places = (4 * word).min(out.len())..(4 * (word + 1)).min(out.len());
+                    let rays = if meetings.boxes >> slot & 1 != 0 { meetings.rays[slot] } else { 0 };
+                    store(&[rays], &mut out[places]);
+                    nears[slot] = meetings.near[slot].min(nears[slot]);
+                }
+            }
         }
     }
 
     fn verify(draft: &Draft<Planes>, outcome: &Outcome) -> Result<(), String> {
-        verify_bits(draft, outcome, frame(&draft.primitives).farthest)
-    }
-}
-
-#[inline(always)]
-fn streams<T: Token, const N: usize, const W: usize>(token: T, work: &mut Work<Planes, N>) {
-    let Work { rays, primitives, extra, frame, .. } = work;
-    let width = extra.len() / primitives.len().max(1) / 8;
-    let (mut copies, mut from) = (Rays::<W>::default(), 0);
-    while from < N {
-        rays.section(from, &mut copies);
-        if !copies.range().is_empty() {
-            let stream = Stream::new(token, &copies, frame);
-            for (planes, out) in primitives.iter().zip(extra.chunks_exact_mut(8 * width.max(1))) {
-                let close = stream.boxes(token, planes);
-                for (slot, out) in out.chunks_exact_mut(width.max(1)).enumerate() {
-                    let (mut bits, mut at) = (0u64, 0);
-                    while at < W && close >> slot & 1 != 0 {
-                        let (hit, _) = stream.rays(token, &copies, planes, slot, at);
-                        bits |= u64::from((hit & copies.active(token, at)).bits()) << at;
-                        at += T::LANES;
+        verify_bits(draft, outcome, frame(&draft.primitives).farthest)?;
+        let nears = draft.primitives.len() * 8 * words(draft.rays.len());
+        for (node, planes) in draft.primitives.iter().enumerate().filter(|_| !ANY) {
+            for slot in 0..8 {
+                let [low, high] = corners(planes, slot);
+                let near = f64::from(outcome.extra(nears + node * 8 + slot));
+                for i in draft.range.clone() {
+                    let Some((truth, reach)) = box_truth(low, high, &draft.rays[i].exact()) else { continue };
+                    let Some(t) = truth.t.filter(|_| truth.margin > GUARD) else { continue };
+                    if near > t + GUARD * (reach + t.abs()) {
+                        return Err(format!("ray {i} enters {low:?} {high:?} at {t:e}, the first of all at {near:e}"));
                     }
-                    let end = out.len().min((from + W) / 16);
-                    store(&[bits], out.get_mut(from / 16..end.max(from / 16)).unwrap_or_default());
                 }
             }
         }
-        from += W;
+        Ok(())
+    }
+
+    /// Any hits leave out boxes that do not overlap the box around all rays, which is rounded otherwise.
+    fn agrees(_draft: &Draft<Planes>, _outcome: &Outcome, _general: &Outcome) -> Result<(), String> {
+        Ok(())
     }
 }
 

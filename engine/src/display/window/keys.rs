@@ -8,6 +8,9 @@ pub const HELP: &str = "  \
   right drag, shift+left  pan
   wheel                   nearer, farther
   s                       shadows on, off
+  o                       ambient occlusion on, off
+  e                       next tone curve
+  ; '                     darker, brighter
   a                       antialiasing on, off
   r                       next renderer
   + -                     more, fewer threads
@@ -33,6 +36,10 @@ pub const HELP: &str = "  \
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Shadows,
+    Occlusion,
+    Tone,
+    /// Exposure, by so many steps.
+    Exposure(i8),
     Antialiasing,
     Renderer,
     MoreThreads,
@@ -64,6 +71,10 @@ pub(super) enum Action {
 pub(super) fn action(key: &Key) -> Option<Action> {
     Some(match key.as_ref() {
         Key::Character("s" | "S") => Action::Shadows,
+        Key::Character("o" | "O") => Action::Occlusion,
+        Key::Character("e" | "E") => Action::Tone,
+        Key::Character("'" | "\"") => Action::Exposure(1),
+        Key::Character(";" | ":") => Action::Exposure(-1),
         Key::Character("a" | "A") => Action::Antialiasing,
         Key::Character("r" | "R") => Action::Renderer,
         Key::Character("+" | "=") => Action::MoreThreads,

@@ -8,7 +8,7 @@
 //! | `screen` | the copy of the newest picture, and the display that makes it |
 //! | `navigation` | mouse movements as movements of the view |
 //! | `keys` | what each key does |
-//! | `viewer` | the event loop's handler |
+//! | `viewer` | the event loop's handler; in `viewer/keep`, what is shown as a picture, a scene file, and options |
 //! | `open` | the window once it is open, and how pictures come into it |
 //! | `volumes` | how what volumes are shown as is changed |
 //! | `particles` | which particles are shown, and in which colours |

@@ -1,11 +1,10 @@
 //! The event loop's handler: input becomes transactions, pictures become pixels on the screen.
 
-use std::io::Write;
-use std::path::PathBuf;
+mod keep;
+
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
@@ -18,21 +17,19 @@ use super::navigation::{Drag, dolly};
 use super::news::{News, Titles, WindowError, tell, without_place};
 use super::open::Open;
 use super::particles::{ParticleControls, legend_of};
-use super::screen::{Screen, Screenshot};
+use super::screen::Screen;
 use super::volumes::VolumeControls;
 use crate::app::{Chosen, Settings, State};
-use crate::balance::BalancerKind;
 use crate::camera::{Up, View};
 use crate::display::Sheet;
 use crate::image::Size;
-use crate::load::Changes;
-use crate::output;
 use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
-use crate::scene::{Rendering, Time};
-use crate::traverse::{TileSize, TraverserKind};
+use crate::tone::{Curve, Tone};
 
+/// A third of a stop, as cameras have it.
+const EXPOSURE_STEP: f32 = 1.0 / 3.0;
 /// The title changes no more often.
 const TITLE_INTERVAL: Duration = Duration::from_millis(200);
 
@@ -52,6 +49,8 @@ pub(super) struct Viewer {
     volumes: VolumeControls,
     particles: ParticleControls,
     antialiased: SamplerKind,
+    /// How far ambient occlusion looks, when it is on.
+    reach: f32,
     drag: Option<(MouseButton, Drag)>,
     mouse: PhysicalPosition<f64>,
     modifiers: ModifiersState,
@@ -73,7 +72,7 @@ impl Viewer {
         let axis = state.stack.scene.up;
         let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
         let antialiased = match chosen.sampler {
-            SamplerKind::Single => SamplerKind::Jittered { side: 3 },
+            SamplerKind::Single => SamplerKind::of_samples(9),
             several => several,
         };
         Self {
@@ -89,6 +88,7 @@ impl Viewer {
             volumes,
             particles,
             antialiased,
+            reach: chosen.occlusion.unwrap_or(f32::INFINITY),
             drag: None,
             mouse: PhysicalPosition::default(),
             modifiers: ModifiersState::empty(),
@@ -134,12 +134,31 @@ impl Viewer {
         }
     }
 
+    fn show(&mut self, tone: Tone) {
+        self.chosen.tone = tone;
+        self.handle.send("tone", move |state| state.choose(Chosen { tone, ..*state.chosen() }));
+    }
+
     fn act(&mut self, action: Action, events: &ActiveEventLoop) {
         match action {
             Action::Shadows => {
                 self.chosen.shadows ^= true;
                 let shadows = self.chosen.shadows;
                 self.handle.send("shadows", move |state| state.choose(Chosen { shadows, ..*state.chosen() }));
+            }
+            Action::Occlusion => {
+                self.chosen.occlusion = if self.chosen.occlusion.is_none() { Some(self.reach) } else { None };
+                let occlusion = self.chosen.occlusion;
+                self.handle.send("occlusion", move |state| state.choose(Chosen { occlusion, ..*state.chosen() }));
+            }
+            Action::Tone => {
+                let at = Curve::ALL.iter().position(|&curve| curve == self.chosen.tone.curve).unwrap_or(0);
+                self.show(Tone { curve: Curve::ALL[(at + 1) % Curve::ALL.len()], ..self.chosen.tone });
+            }
+            Action::Exposure(steps) => {
+                let most = Tone::MOST_EXPOSURE;
+                let exposure = self.chosen.tone.exposure + f32::from(steps) * EXPOSURE_STEP;
+                self.show(Tone { exposure: exposure.clamp(-most, most), ..self.chosen.tone });
             }
             Action::Antialiasing => {
                 let single = self.chosen.sampler == SamplerKind::Single;
@@ -212,100 +231,6 @@ impl Viewer {
             // Another frame, so that the title shows what it brought.
             self.handle.at_barrier("threads", |point| point.mark_changed());
         }
-    }
-
-    /// Writes what is shown as a scene file.
-    fn save(&self) {
-        let Some(saved) = &self.titles.saved else {
-            tell(format_args!(
-                "mobula: warning: no scene file can say what is shown: it comes from standard input, or from a scene file and others"
-            ));
-            return;
-        };
-        let Chosen { view: View { eye, at, up, fov }, camera, renderer, sampler, shadows } = self.chosen;
-        let time = self.volumes.step().map(|shown| Time { step: None, repeat: true, shown });
-        let rendering = Rendering {
-            size: Some(self.size),
-            camera: Some(camera),
-            eye: Some(eye),
-            at: Some(at),
-            up: Some(up),
-            fov: Some(fov),
-            renderer: Some(renderer),
-            sampler: Some(sampler),
-            shadows: Some(shadows),
-            time,
-        };
-        let text = saved.text(&rendering, self.axis, &self.changes());
-        let number = (1_u32..).find(|number| !saved_name(*number).exists()).unwrap_or(0);
-        let file = saved_name(number);
-        match output::write(&file, |mut handle| handle.write_all(text.as_bytes())) {
-            Ok(()) => {
-                let file = file.display();
-                tell(format_args!("mobula: wrote {file}; the same picture: mobula render {file}"));
-            }
-            Err(error) => tell(format_args!("mobula: warning: {}: cannot be written: {error}", file.display())),
-        }
-    }
-
-    /// Renders the present state once more and writes that frame: earlier input may still be on its way.
-    fn take_screenshot(&mut self) {
-        let file = loop {
-            self.screenshots += 1;
-            let file = PathBuf::from(format!("mobula-{:04}.png", self.screenshots));
-            if !file.exists() {
-                break file;
-            }
-        };
-        let (screen, same) = (self.screen.clone(), self.same());
-        self.handle.at_barrier("screenshot", move |point| {
-            point.mark_changed();
-            let frame = point.frame;
-            screen.want(Screenshot { frame, file, same });
-            // Of a picture that is refined frame by frame: all of it in one frame, then as before.
-            let whole = TraverserKind::Tiled.build(TileSize::default(), BalancerKind::default());
-            if point.state.traverser.name() != whole.name() {
-                let before = std::mem::replace(&mut point.state.traverser, whole);
-                point.callbacks().at_frame("screenshot", frame + 1, move |point| {
-                    point.state.traverser = before;
-                    point.mark_changed();
-                });
-            }
-        });
-    }
-
-    /// What was changed of how volumes and particles are shown.
-    fn changes(&self) -> Changes {
-        let mut changes = self.volumes.changes();
-        self.particles.tell(&mut changes);
-        changes
-    }
-
-    /// What makes the picture that was asked for last, for people.
-    fn same(&self) -> String {
-        // Options do not change what a scene file says volumes and particles are shown as.
-        if self.titles.of_file && self.changes() != Changes::default() {
-            return "for a scene file that makes the same, press v".to_owned();
-        }
-        format!("the same picture: mobula render {}", self.options())
-    }
-
-    /// The scene and the options with which `mobula render` makes it.
-    fn options(&self) -> String {
-        let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows } = self.chosen;
-        let shadows = if shadows { "" } else { " --no-shadows" };
-        let Titles { scene, place, .. } = &self.titles;
-        let gap = if scene.is_empty() { "" } else { " " };
-        // A scene file says what volumes are shown as: what was changed of that is written with it.
-        let volumes = match self.titles.of_file {
-            true => self.volumes.step().map(|step| format!(" --step {step}")).unwrap_or_default(),
-            false => self.particles.options(self.titles.quoted) + &self.volumes.options(self.titles.quoted),
-        };
-        let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
-        let (size, eye, at) = (self.size, point(eye), point(at));
-        format!(
-            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}{volumes}"
-        )
     }
 
     fn mouse_button(&mut self, button: MouseButton, state: ElementState) {
@@ -388,11 +313,6 @@ impl Viewer {
         self.title_set = Some(Instant::now());
         self.title_due = None;
     }
-}
-
-/// What a scene file with a number is called.
-fn saved_name(number: u32) -> PathBuf {
-    PathBuf::from(format!("mobula-{number:04}.toml"))
 }
 
 impl ApplicationHandler<News> for Viewer {

@@ -51,15 +51,7 @@ pub(super) fn load(mut rows: Rows<'_>, header: &Header, options: &Options) -> Re
         }
     }
     let mut warnings = Vec::new();
-    let place = options.place.unwrap_or_else(|| Place::of(&read.positions, &read.corners));
-    if options.place.is_none() {
-        warnings.extend(place.warning().map(|text| format!("{}: {text}", file.display())));
-    } else if place.blurs(&read.positions, &read.corners) {
-        let file = file.display();
-        warnings.push(format!(
-            "{file}: it is so far from the first file that its details are lost; show it alone, or name it first"
-        ));
-    }
+    let place = Place::choose(options.place, file, &read.positions, &read.corners, &mut warnings);
     if read.too_few > 0 {
         let faces = counted(read.too_few, "face");
         warnings.push(format!("{}: {faces} with fewer than three corners left out", file.display()));

@@ -14,7 +14,6 @@ mod mesh;
 mod points;
 mod rows;
 
-use std::io::{self, BufRead};
 use std::path::Path;
 
 use header::{Element, Header};
@@ -41,7 +40,7 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
     let load = if faces { mesh::load } else { points::load };
     let mut loaded = load(rows, &header, options)?;
     loaded.report.format = if gzip { "PLY, gzip" } else { "PLY" };
-    let behind = drain(&mut *input.reader).map_err(|error| {
+    let behind = input::drain(&mut *input.reader).map_err(|error| {
         let (problem, remedy) = input::explain(&error, gzip);
         LoadError::new(file, problem, remedy)
     })?;
@@ -53,22 +52,6 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
     // What follows gzip data is known once all is read.
     loaded.report.warnings.extend(input.warning(file));
     Ok(loaded)
-}
-
-/// Reads what is left, which says whether packed data is whole; is there anything but white space?
-fn drain(reader: &mut dyn BufRead) -> io::Result<bool> {
-    let mut something = false;
-    loop {
-        let bytes = match reader.fill_buf() {
-            Ok([]) => return Ok(something),
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            Err(error) => return Err(error),
-        };
-        something |= !bytes.iter().all(|byte| byte.is_ascii_whitespace() || *byte == 0);
-        let count = bytes.len();
-        reader.consume(count);
-    }
 }
 
 /// Does the start of a file look like PLY?

@@ -82,7 +82,9 @@ fn assemble(text: Text<'_>, options: &Options, part: Load) -> Result<Loaded, Loa
         materials: named.materials.iter().map(|defined| defined.named.clone()).collect(),
         ..SceneDescription::default()
     };
-    let parts = Parts::new(text, options, part);
+    let smooth = options.smooth.or(head.smooth.map(|angle| angle.0 as f32));
+    let options = Options { smooth, ..options.clone() };
+    let parts = Parts::new(text, &options, part);
     let mut building = Building { text, named: &named, parts, scene, report: Report::default() };
     building.add_all(&objects)?;
     let Building { parts, mut scene, report, .. } = building;

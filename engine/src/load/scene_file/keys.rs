@@ -8,10 +8,13 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, Error, IgnoredAny, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
 use toml::Spanned;
 
-use super::values::{Angle, Color, Count, Named, NotNegative, Number, Part, Point, Positive, Radiance, Whole};
+use super::values::{
+    Angle, Color, Count, Exposure, Named, NotNegative, Number, Part, Point, Positive, Radiance, Reach, Turn, Whole,
+};
 use crate::camera::CameraKind;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
+use crate::tone::Curve;
 use crate::view::Up;
 
 /// What concerns the whole scene. What has parts of its own kind is read by itself.
@@ -27,6 +30,10 @@ pub(super) struct Head {
     pub(super) renderer: Option<Named<RendererKind>>,
     pub(super) sampler: Option<Named<SamplerKind>>,
     pub(super) shadows: Option<bool>,
+    pub(super) occlusion: Option<Reach>,
+    pub(super) tone: Option<Named<Curve>>,
+    pub(super) exposure: Option<Exposure>,
+    pub(super) smooth: Option<Turn>,
     pub(super) background: Option<Background>,
     pub(super) ambient: Option<Ambient>,
     pub(super) fog: Option<Fog>,

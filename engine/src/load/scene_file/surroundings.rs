@@ -104,6 +104,9 @@ pub(super) fn add(
     rendering.renderer = head.renderer.map(|Named(kind)| kind);
     rendering.sampler = head.sampler.map(|Named(kind)| kind);
     rendering.shadows = head.shadows;
+    rendering.tone = head.tone.map(|Named(curve)| curve);
+    rendering.exposure = head.exposure.map(|stops| stops.0 as f32);
+    rendering.occlusion = head.occlusion.map(|reach| (reach.0 * place.scale) as f32);
     rendering.time = head.time.map(|keys::Time { step, repeat, show }| Time {
         step: step.map(|seconds| seconds.0),
         repeat,

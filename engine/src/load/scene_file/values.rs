@@ -10,6 +10,7 @@ use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Deserializer, Error, SeqAccess, Unexpected, Visitor};
 
 use crate::color;
+use crate::tone::Tone;
 
 /// A kind of number: its type, what people are told to write, and which are meant.
 macro_rules! numbers {
@@ -89,12 +90,18 @@ numbers! {
     Single(f64) = "a number from -1e30 to 1e30", Real, |x| x.abs() <= 1e30;
     /// A length, a density.
     Positive(f64) = "a number above 0, at most 1e30", Real, |x| x > 0.0 && x <= 1e30;
+    /// A distance that something is looked for, which may have no end.
+    Reach(f64) = "a number from 0 to 1e30, or inf", Endless, |x| (0.0..=1e30).contains(&x) || x == f64::INFINITY;
+    /// A power of 2.
+    Exposure(f64) = "a number from -32 to 32", Real, |x| x.abs() <= f64::from(Tone::MOST_EXPOSURE);
     /// A density, a sharpness.
     NotNegative(f64) = "a number from 0 to 1e30", Real, |x| (0.0..=1e30).contains(&x);
     /// A fraction.
     Part(f64) = "a number from 0 to 1", Real, |x| (0.0..=1.0).contains(&x);
     /// Degrees.
     Angle(f64) = "an angle from 1 to 170 degrees", Real, |x| (1.0..=170.0).contains(&x);
+    /// Degrees between two directions.
+    Turn(f64) = "an angle from 0 to 180 degrees", Real, |x| (0.0..=180.0).contains(&x);
     /// Units of cells.
     StepLength(f64) = "a number from 0.03125 to 16", Real, |x| (0.031_25..=16.0).contains(&x);
     /// A number of a step, of pixels.

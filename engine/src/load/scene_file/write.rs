@@ -190,6 +190,11 @@ impl SavedScene {
         self.table.insert("light".into(), Value::Array(vec![Value::Table(light)]));
     }
 
+    /// Says from which angle on, in degrees, edges of meshes without normals are creases.
+    pub fn smooth(&mut self, degrees: f32) {
+        self.table.insert("smooth".into(), exact(degrees).into());
+    }
+
     /// Gives it a background, in words.
     pub fn background(&mut self, words: &str) {
         self.table.insert("background".into(), words.into());
@@ -207,7 +212,8 @@ impl SavedScene {
     pub fn text(&self, rendering: &Rendering, axis: Up, changes: &Changes) -> String {
         let mut table = self.table.clone();
         table.remove("mobula");
-        let Rendering { size, camera, eye, at, up, fov, renderer, sampler, shadows, time } = rendering;
+        let Rendering { size, camera, eye, at, up, fov, renderer, sampler, shadows, occlusion, tone, exposure, time } =
+            rendering;
         let mut look = Table::new();
         let back = |point: glam::Vec3| numbers(self.place.back(point.into()));
         look.extend(camera.map(|kind| ("kind".to_owned(), kind.name().into())));
@@ -222,6 +228,9 @@ impl SavedScene {
         put("renderer", renderer.map(|kind| kind.name().into()));
         put("sampler", sampler.map(|kind| kind.to_string().into()));
         put("shadows", shadows.map(Value::Boolean));
+        put("tone", tone.map(|curve| curve.name().into()));
+        put("exposure", exposure.map(|stops| f64::from(stops).into()));
+        put("occlusion", occlusion.map(|reach| (f64::from(reach) / self.place.scale).into()));
         if let Some(time) = time {
             let old = table.entry("time").or_insert_with(|| Value::Table(Table::new()));
             if let Value::Table(old) = old {

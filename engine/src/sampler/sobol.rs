@@ -1,0 +1,135 @@
+//! Several samples a pixel, spread evenly over it and a filter around it.
+
+use glam::Vec3;
+use mobula_core::simd::{F32Lanes, Task, Token};
+
+use super::fill::fill;
+use super::filter::Filter;
+use super::morton::for_each_piece;
+use super::pixel_seed;
+use crate::color::to_pixel;
+use crate::image::FrameBuffer;
+use crate::packet::{Column, Packet, vec3};
+use crate::scratch::lend;
+use crate::sequence::{Set, point};
+use crate::stack::{Camera, Context, Fragment, PixelSampler};
+
+/// So many samples a pixel, at the points of a sequence of its own for each pixel (Sobol, scrambled), as often where the filter is high
+/// as it is (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006). Where depends on pixel, sample and frame only, and the
+/// samples of a pixel are added in one order, so the picture does not depend on tiles, packet width or threads. Frames go on with the
+/// sequence.
+#[derive(Clone, Debug)]
+pub struct Sobol {
+    samples: u32,
+    filter: Filter,
+}
+
+impl Sobol {
+    /// The most samples a pixel.
+    pub const MOST: u32 = 1 << 16;
+
+    /// `samples` a pixel, 1 to [`MOST`](Self::MOST), which it is limited to.
+    pub fn new(samples: u32, filter: Filter) -> Self {
+        Self { samples: samples.clamp(1, Self::MOST), filter }
+    }
+}
+
+impl PixelSampler for Sobol {
+    fn render_fragment(&self, context: &Context<'_>, camera: &dyn Camera, fragment: Fragment, out: &FrameBuffer) {
+        let size = [out.width() as u32, out.height() as u32];
+        let samples = self.samples as usize;
+        let first_number = context.frame.wrapping_mul(self.samples);
+        let width = context.width;
+        let packet: &mut Packet = &mut lend(width);
+        let weights: &mut Column<f32> = &mut lend(width);
+        // As many whole pixels as fit into a packet; where not even one does, one pixel in several packets.
+        for_each_piece(fragment, width / samples, |pixels| {
+            let mut sum = Sum::default();
+            for first in (0..pixels.len() * samples).step_by(width) {
+                let count = width.min(pixels.len() * samples - first);
+                packet.reset(count);
+                packet.channel = fragment.channel as u32;
+                for i in 0..count {
+                    let pixel = pixels[(first + i) / samples];
+                    packet.samples[0][i] = pixel_seed(pixel);
+                    packet.samples[1][i] = first_number.wrapping_add(((first + i) % samples) as u32);
+                    (packet.image[0][i], packet.image[1][i]) = (pixel[0] as f32, pixel[1] as f32);
+                }
+                let Packet { image, samples: [seeds, numbers], .. } = packet;
+                context.token.run(Place { seeds, numbers, image, count });
+                self.filter.spread(image, &mut weights[..count]);
+                camera.make_rays(context, size, packet);
+                context.renderer.trace(context, packet);
+                for i in 0..count {
+                    sum.add(vec3(&packet.color, i), weights[i]);
+                    if (first + i + 1).is_multiple_of(samples) {
+                        let pixel = pixels[(first + i) / samples];
+                        fill(out, &fragment, pixel, to_pixel(context.tone.of(sum.mean())));
+                        sum = Sum::default();
+                    }
+                }
+            }
+        });
+    }
+}
+
+/// The samples of a pixel so far.
+#[derive(Default)]
+struct Sum {
+    weighted: Vec3,
+    plain: Vec3,
+    weight: f32,
+    count: f32,
+}
+
+impl Sum {
+    fn add(&mut self, color: Vec3, weight: f32) {
+        self.weighted += color * weight;
+        self.plain += color;
+        self.weight += weight;
+        self.count += 1.0;
+    }
+
+    /// Of a few samples nearly as many may be where a filter is negative as elsewhere: then all count the same.
+    fn mean(&self) -> Vec3 {
+        if self.weight > 0.5 * self.count { self.weighted / self.weight } else { self.plain / self.count }
+    }
+}
+
+/// Moves image coordinates from the corners of pixels to where their samples are in them.
+struct Place<'a> {
+    seeds: &'a [u32],
+    numbers: &'a [u32],
+    image: &'a mut [Column<f32>; 2],
+    count: usize,
+}
+
+impl Task for Place<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { seeds, numbers, image: [x, y], count } = self;
+        for at in (0..count).step_by(T::LANES) {
+            let [u, v] = point(token, token.load_u32(seeds, at), token.load_u32(numbers, at), Set::PIXEL);
+            (token.load(x, at) + u).store(x, at);
+            (token.load(y, at) + v).store(y, at);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_of_a_pixel_give_a_mean() {
+        let mut sum = Sum::default();
+        sum.add(Vec3::X, 1.0);
+        assert_eq!(sum.mean(), Vec3::X);
+        sum.add(Vec3::Y, -1.0);
+        assert_eq!(sum.mean(), Vec3::new(0.5, 0.5, 0.0), "of weights without a sum");
+        (0..3).for_each(|_| sum.add(Vec3::X, 1.0));
+        assert_eq!(sum.mean(), Vec3::new(4.0, -1.0, 0.0) / 3.0);
+    }
+}

@@ -1,0 +1,151 @@
+//! Points that fill a square evenly, however many are taken: Sobol's first two dimensions, scrambled for each pixel (Owen 1995) by hashing
+//! (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020; Laine and Karras 2011 for the hash).
+//!
+//! Whatever is chosen at random for a sample (where in its pixel, towards which point of a light) has a set of its own. The points of two
+//! sets, or of two pixels, have nothing to do with each other; those of one, from the first on, are as even as may be.
+
+use mobula_core::simd::{I32Lanes, Token};
+
+use crate::math::hash;
+
+/// What is chosen at random for a sample. The points of a set are even together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Set(u32);
+
+impl Set {
+    /// Where in its pixel a sample is.
+    pub(crate) const PIXEL: Self = Self(0);
+
+    /// Where an ambient occlusion ray goes from a hit with so many reflections or refractions before it.
+    pub(crate) fn occlusion(depth: u32) -> Self {
+        Self(1 + depth)
+    }
+
+    /// A number that scrambles: one of three for each set.
+    fn seed(self, which: u32) -> u32 {
+        hash(self.0.wrapping_mul(3).wrapping_add(which + 1))
+    }
+}
+
+/// Point `index` of a set, both coordinates in 0..1, for pixels with the hashes `seed`.
+#[inline(always)]
+pub(crate) fn point<T: Token>(token: T, seed: T::I32, index: T::I32, set: Set) -> [T::F32; 2] {
+    let seeds = [0, 1, 2].map(|which| set.seed(which) as i32);
+    let mut index = index;
+    if set != Set::PIXEL {
+        // In another order for each set, or the first points of all would go together.
+        index = mirror(token, permute(token, mirror(token, index), seed ^ token.splat_i32(seeds[0])));
+    }
+    // Mirrored, which is how they are permuted, the first coordinate is the index itself, the second its product with Pascal's triangle
+    // modulo 2: each bit is the sum of those whose place has all its bits set.
+    let x = permute(token, index, seed ^ token.splat_i32(seeds[1]));
+    let y = permute(token, pascal(token, index), seed ^ token.splat_i32(seeds[2]));
+    [unit(token, mirror(token, x)), unit(token, mirror(token, y))]
+}
+
+/// The upper 24 bits as a number in 0..1.
+#[inline(always)]
+fn unit<T: Token>(token: T, bits: T::I32) -> T::F32 {
+    bits.shr(8).to_f32() * token.splat(1.0 / (1 << 24) as f32)
+}
+
+/// Bit `i` decides about bits above it only: permutes, of numbers whose first bit is the lowest, the halves, their halves, and so on.
+#[inline(always)]
+fn permute<T: Token>(token: T, x: T::I32, seed: T::I32) -> T::I32 {
+    let mut x = x + seed;
+    for factor in [0x6c50_b47c_u32, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6] {
+        x = x ^ (x * token.splat_i32(factor as i32));
+    }
+    x
+}
+
+/// The bits in reverse order.
+#[inline(always)]
+fn mirror<T: Token>(token: T, x: T::I32) -> T::I32 {
+    let mut x = x.shl(16) | x.shr(16);
+    for (by, low) in [(8, 0x00ff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)] {
+        let low = token.splat_i32(low);
+        x = (x & low).shl(by) | (x.shr(by) & low);
+    }
+    x
+}
+
+/// The product with Pascal's triangle modulo 2.
+#[inline(always)]
+fn pascal<T: Token>(token: T, x: T::I32) -> T::I32 {
+    let mut x = x;
+    for (by, low) in [(1, 0x5555_5555), (2, 0x3333_3333), (4, 0x0f0f_0f0f), (8, 0x00ff_00ff), (16, 0x0000_ffff)] {
+        x = x ^ (x.shr(by) & token.splat_i32(low));
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use mobula_core::simd::{AnyToken, F32Lanes, Task};
+
+    use super::*;
+
+    struct Points {
+        seed: u32,
+        count: usize,
+        set: Set,
+    }
+
+    impl Task for Points {
+        type Output = Vec<[f32; 2]>;
+
+        #[inline(always)]
+        fn run<T: Token>(self, token: T) -> Vec<[f32; 2]> {
+            let numbers: Vec<u32> = (0..self.count as u32).collect();
+            let (mut x, mut y) = (vec![0.0; self.count], vec![0.0; self.count]);
+            for at in (0..self.count).step_by(T::LANES) {
+                let seed = token.splat_i32(self.seed as i32);
+                let [u, v] = point(token, seed, token.load_u32(&numbers, at), self.set);
+                u.store(&mut x, at);
+                v.store(&mut y, at);
+            }
+            x.into_iter().zip(y).map(|(x, y)| [x, y]).collect()
+        }
+    }
+
+    fn points(token: AnyToken, seed: u32, count: usize, set: Set) -> Vec<[f32; 2]> {
+        token.run(Points { seed, count, set })
+    }
+
+    #[test]
+    fn each_box_of_an_area_has_its_point() {
+        let token = AnyToken::detect();
+        for (seed, set) in [(0, 0), (1, 0), (0xdead_beef, 0), (7, 1), (8, 5)] {
+            for bits in 0..10 {
+                let points = points(token, seed, 1 << bits, Set(set));
+                // (0, 2)-sequence: boxes of 2^-a by 2^-b, a + b = bits.
+                for a in 0..=bits {
+                    let place = |[x, y]: [f32; 2]| {
+                        ((x * (1 << a) as f32) as usize) << (bits - a) | (y * (1 << (bits - a)) as f32) as usize
+                    };
+                    let mut seen: Vec<usize> = points.iter().map(|&point| place(point)).collect();
+                    seen.sort_unstable();
+                    assert!(seen.into_iter().eq(0..1 << bits), "seed {seed}, set {set}, 2^{bits} points, {a}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sets_and_pixels_differ_and_all_levels_agree() {
+        let all =
+            |token| [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1)].map(|(seed, set)| points(token, hash(seed), 33, Set(set)));
+        let expected = all(AnyToken::detect());
+        for (i, some) in expected.iter().enumerate() {
+            assert!(some.iter().flatten().all(|x| (0.0..1.0).contains(x)));
+            for others in &expected[..i] {
+                let same = some.iter().zip(others).filter(|(a, b)| a == b).count();
+                assert!(same < 3, "{same} of 33 points are the same");
+            }
+        }
+        for token in AnyToken::available() {
+            assert_eq!(all(token), expected, "{}", token.level());
+        }
+    }
+}
