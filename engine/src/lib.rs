@@ -52,6 +52,7 @@
 //! | [`output`] | files that are whole or not there |
 //! | [`particles`] | points with scalar attributes |
 //! | [`volume`] | scalar values on regular grids |
+//! | [`texture`] | pictures on surfaces |
 //! | [`color`] | from linear colours to bytes |
 //! | [`progress`] | how far long work has come |
 //! | [`view`] | where a camera stands and looks |
@@ -96,6 +97,7 @@ mod scratch;
 mod sequence;
 pub mod shading;
 pub mod stack;
+pub mod texture;
 pub mod tone;
 pub mod traverse;
 pub mod view;

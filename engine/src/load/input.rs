@@ -139,7 +139,7 @@ pub(super) fn is_regular(file: &Path) -> bool {
     fs::metadata(file).is_ok_and(|m| m.is_file())
 }
 
-fn unreadable(file: &Path, error: &io::Error) -> LoadError {
+pub(super) fn unreadable(file: &Path, error: &io::Error) -> LoadError {
     match error.kind() {
         io::ErrorKind::NotFound => LoadError::new(file, "no such file", "check the path"),
         io::ErrorKind::PermissionDenied => LoadError::new(file, "permission denied", "make the file readable"),

@@ -15,6 +15,7 @@
 //! | `particles` | CSV, XYZ, dumps of LAMMPS and raw numbers: particles |
 //! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
 //! | `transfer` | transfer functions |
+//! | [`picture`] | pictures for textures and environments |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
 //! | `lines` | text line by line |
@@ -40,6 +41,7 @@ mod obj_pieces;
 mod obj_read;
 mod options;
 mod particles;
+pub mod picture;
 mod pieces;
 mod place;
 mod plain;
