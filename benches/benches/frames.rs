@@ -76,7 +76,7 @@ fn describe(view: &scenes::View, data: &std::path::Path) -> Result<(SceneDescrip
         }
     }
     for named in &mut scene.materials {
-        named.material = Arc::new(Lambertian { diffuse: named.material.base_color() });
+        named.material = Arc::new(Lambertian::new(named.material.base_color()));
     }
     scene.lights = vec![Arc::new(Point { position: view.light.into(), color: glam::Vec3::ONE, falloff: false })];
     let ambient = glam::Vec3::splat(AMBIENT);

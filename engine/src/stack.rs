@@ -15,11 +15,13 @@ use mobula_core::sink::OPAQUE;
 use mobula_core::traverse::Paths;
 pub use mobula_core::volume::Segments;
 
-use crate::geometry::{Geometries, Translucent};
+use crate::geometry::{Geometries, Geometry, Meeting, Translucent};
 use crate::image::FrameBuffer;
 pub use crate::lighting::{Illumination, Lit};
-use crate::packet::{AnyHitPacket, Packet, SubPacket, optical_depth};
+use crate::packet::{AnyHitPacket, Columns3, Hits, Packet, Rays, SubPacket, optical_depth, part};
 use crate::pipeline::fault::scope;
+use crate::scratch::{Lent, lend};
+use crate::texture::{Maps, OpacityMap};
 use crate::tone::Tone;
 pub use crate::traverse::Fragment;
 use crate::view::{Up, View};
@@ -109,6 +111,17 @@ pub trait Material: Any + Debug + Send + Sync {
     /// Does light change it? If not, it is handed none, and none is looked for.
     fn is_lit(&self) -> bool {
         true
+    }
+
+    /// Its textures.
+    fn maps(&self) -> &Maps {
+        Maps::NONE
+    }
+
+    /// Writes the colour of every ray of the sub-packet without any light: [`base_color`](Self::base_color), unless the material says
+    /// more.
+    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
+        hits.fill_color(self.base_color());
     }
 
     /// One colour that stands for it, unlit: what a renderer without lights shows.
@@ -213,6 +226,8 @@ pub struct Materials {
     depths: Vec<u32>,
     /// The indices of those that let light through.
     transparent: Vec<u32>,
+    /// Are textures holes of any?
+    has_holes: bool,
 }
 
 impl Materials {
@@ -223,8 +238,21 @@ impl Materials {
     pub fn new(list: Vec<NamedMaterial>) -> Self {
         assert!(!list.is_empty(), "there is a default material");
         let scopes = list.iter().map(|named| format!("material {}", named.name)).collect();
-        let depths: Vec<u32> = list.iter().map(|named| optical_depth(named.material.opacity())).collect();
-        Self { list, scopes, transparent: transparent(&depths), depths }
+        let mut materials = Self { list, scopes, depths: Vec::new(), transparent: Vec::new(), has_holes: false };
+        materials.measure();
+        materials
+    }
+
+    /// Finds which of them let light through.
+    fn measure(&mut self) {
+        let holes = |named: &NamedMaterial| named.material.maps().opacity.is_some();
+        self.depths = self.list.iter().map(|named| optical_depth(named.material.opacity())).collect();
+        let transparent = (0..).zip(self.list.iter().zip(&self.depths));
+        self.transparent = transparent
+            .filter(|(_, (named, depth))| **depth < OPAQUE || holes(named))
+            .map(|(index, _)| index)
+            .collect();
+        self.has_holes = self.list.iter().any(holes);
     }
 
     /// What faults in the material of an index are called.
@@ -250,9 +278,8 @@ impl Materials {
     /// Replaces a material. Does nothing if there is no such index.
     pub fn set(&mut self, index: u32, material: Arc<dyn Material>) {
         if let Some(place) = self.list.get_mut(index as usize) {
-            self.depths[index as usize] = optical_depth(material.opacity());
-            self.transparent = transparent(&self.depths);
             place.material = material;
+            self.measure();
         }
     }
 
@@ -263,11 +290,6 @@ impl Materials {
         }
         self.depths[index.min(self.last()) as usize]
     }
-}
-
-/// The indices of depths that let light through.
-fn transparent(depths: &[u32]) -> Vec<u32> {
-    (0..).zip(depths).filter(|(_, depth)| **depth < OPAQUE).map(|(index, _)| index).collect()
 }
 
 /// What keeps light that comes from everywhere away from surfaces is looked for with so many rays a hit, as far as that.
@@ -326,11 +348,18 @@ impl Scene {
     /// leave their [optical depth](AnyHitPacket::depths).
     pub fn occlude(&self, context: &Context<'_>, packet: &mut AnyHitPacket) {
         packet.rays().check();
-        let depth = |geometry: u32, primitive: u32| {
+        // What textures say of a hit depends on where it is, and the packet's own rays are taken while it is traced.
+        let lines = self.materials.has_holes.then(|| Lines::of(packet.rays(), context.width));
+        let token = context.token;
+        let depth = |at: Meeting| {
             let mut material = [0];
-            let geometry = self.geometry.get(geometry);
-            let all = geometry.materials(&[primitive], &mut material);
-            self.materials.depth(all.unwrap_or(material[0]), geometry.opacity(primitive))
+            let geometry = self.geometry.get(at.geometry);
+            let material = geometry.materials(&[at.primitive], &mut material).unwrap_or(material[0]);
+            let opacity = geometry.opacity(at.primitive);
+            match (&lines, &self.materials.get(material).maps().opacity) {
+                (Some(lines), Some(holes)) => optical_depth(opacity * lines.opacity(token, geometry, at, holes)),
+                _ => self.materials.depth(material, opacity),
+            }
         };
         let light = Translucent { materials: &self.materials.transparent, last: self.materials.last(), depths: &depth };
         let paths = scope("acceleration structure", || self.geometry.occlude(context.token, packet, &light));
@@ -365,6 +394,33 @@ impl Scene {
             });
         };
         View::frame_points(within, self.bulk, self.up, aspect)
+    }
+}
+
+/// Where any-hit rays go, beside their packet.
+struct Lines {
+    origins: Lent<Columns3>,
+    directions: Lent<Columns3>,
+}
+
+impl Lines {
+    fn of(rays: &dyn Rays, width: usize) -> Self {
+        let copy = |from: [&[f32]; 3]| {
+            let mut to: Lent<Columns3> = lend(width);
+            to.iter_mut().zip(from).for_each(|(to, from)| to[..from.len()].copy_from_slice(from));
+            to
+        };
+        Self { origins: copy(rays.origins()), directions: copy(rays.directions()) }
+    }
+
+    /// How opaque a surface is where a ray meets it, as a texture says.
+    fn opacity(&self, token: AnyToken, geometry: &dyn Geometry, at: Meeting, holes: &OpacityMap) -> f32 {
+        let row = at.ray..at.ray + 1;
+        let (origins, directions) = (part(&self.origins, row.clone()), part(&self.directions, row));
+        let hits = Hits { token, origins, directions, t: &[at.t], primitives: &[at.primitive] };
+        let [mut u, mut v, mut w] = [[0.0]; 3];
+        geometry.texture_coordinates(&hits, [&mut u, &mut v, &mut w]);
+        holes.opacity(holes.map.sample([u[0], v[0]], 0.0))
     }
 }
 

@@ -71,9 +71,9 @@ fn with_particles(particles: Particles) -> Vec<Arc<dyn Geometry>> {
 
 fn description() -> SceneDescription {
     let mut scene = SceneDescription { geometry: geometry(1.5), view: Some(VIEW), ..SceneDescription::default() };
-    scene.add_material("floor", Lambertian { diffuse: Vec3::new(0.6, 0.5, 0.4) });
+    scene.add_material("floor", Lambertian::new(Vec3::new(0.6, 0.5, 0.4)));
     scene.add_material("pane", Phong::default());
-    scene.add_material("ball", Flat { color: Vec3::X });
+    scene.add_material("ball", Flat::new(Vec3::X));
     scene.add_light(Directional { direction: Vec3::new(0.3, 1.0, 0.2), color: Vec3::ONE });
     scene.media.push(Arc::new(volume()));
     scene

@@ -10,6 +10,8 @@ mod packed;
 mod smooth;
 #[path = "load_obj/stl.rs"]
 mod stl;
+#[path = "load_obj/textures.rs"]
+mod textures;
 
 use std::fs;
 use std::io::Write as _;

@@ -50,8 +50,8 @@ pub fn scene() -> SceneDescription {
             ..Phong::default()
         },
     );
-    let sand = scene.add_material("sand", Lambertian { diffuse: Vec3::new(0.60, 0.47, 0.31) });
-    let rock = scene.add_material("rock", Lambertian { diffuse: Vec3::new(0.20, 0.17, 0.15) });
+    let sand = scene.add_material("sand", Lambertian::new(Vec3::new(0.60, 0.47, 0.31)));
+    let rock = scene.add_material("rock", Lambertian::new(Vec3::new(0.20, 0.17, 0.15)));
     reef::ground(sand, rock).into_iter().for_each(|mesh| scene.add(mesh));
     scene.add(reef::corals(coral));
     scene.add(reef::ball(chrome));

@@ -39,5 +39,6 @@ impl Camera for Orthographic {
             column.fill(value);
         }
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
+        packet.cone_widths.fill(2.0 * self.half / height);
     }
 }

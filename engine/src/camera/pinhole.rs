@@ -35,6 +35,7 @@ impl Camera for Pinhole {
         rays.set_common_origin(self.view.eye);
         context.token.run(Directions { camera: self, size, image, rays });
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
+        packet.cone_spread = 2.0 * self.slope / size[1] as f32;
     }
 }
 

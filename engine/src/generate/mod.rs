@@ -73,7 +73,7 @@ fn point_light(position: [f32; 3]) -> Point {
 
 fn terrain_scene(grid: u32, balls: u32) -> SceneDescription {
     let mut scene = SceneDescription::default();
-    let ground = scene.add_material("ground", Lambertian { diffuse: Vec3::new(0.42, 0.38, 0.28) });
+    let ground = scene.add_material("ground", Lambertian::new(Vec3::new(0.42, 0.38, 0.28)));
     let mut mesh = terrain(grid, balls);
     mesh.material = ground;
     if let Some(first) = mesh.groups.get(1).map(|group| group.first as usize) {
@@ -103,7 +103,7 @@ fn atrium_scene() -> SceneDescription {
         ("balls", Vec3::new(0.25, 0.40, 0.55)),
     ];
     for (group, (name, diffuse)) in mesh.groups.iter().zip(colors) {
-        let material = scene.add_material(name, Lambertian { diffuse });
+        let material = scene.add_material(name, Lambertian::new(diffuse));
         mesh.materials.resize((group.first + group.count) as usize, material);
     }
     scene.add(mesh);
@@ -114,7 +114,7 @@ fn atrium_scene() -> SceneDescription {
 
 fn csafe_scene() -> SceneDescription {
     let mut scene = SceneDescription::default();
-    let grain = scene.add_material("grain", Lambertian { diffuse: Vec3::new(0.75, 0.55, 0.30) });
+    let grain = scene.add_material("grain", Lambertian::new(Vec3::new(0.75, 0.55, 0.30)));
     let mut spheres = csafe(2_800_000);
     spheres.material = grain;
     scene.add(spheres);

@@ -412,7 +412,7 @@ mod tests {
         let materials: Vec<_> = geometries.groups.iter().map(|group| &group.materials[..]).collect();
         assert_eq!(materials, [&[2, 3, 9][..], &[7]]);
         let lets_through = |materials: &[u32], last| {
-            let light = Translucent { materials, last, depths: &|_, _| 0 };
+            let light = Translucent { materials, last, depths: &|_| 0 };
             geometries.groups.iter().map(|group| group.lets_through(&light)).collect::<Vec<_>>()
         };
         assert_eq!(lets_through(&[], 20), [false, false]);

@@ -33,8 +33,21 @@ pub(super) struct Member {
     pub(super) count: u32,
 }
 
-/// The [optical depths](crate::packet::optical_depth) of primitives, by geometry and primitive.
-pub type Depths<'a> = dyn Fn(u32, u32) -> u32 + Sync + 'a;
+/// The [optical depth](crate::packet::optical_depth) of a primitive where a ray meets it.
+pub type Depths<'a> = dyn Fn(Meeting) -> u32 + Sync + 'a;
+
+/// Where a ray meets a primitive.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// Which ray of the packet.
+    pub ray: usize,
+    /// The number of the geometry.
+    pub geometry: u32,
+    /// Which primitive of it.
+    pub primitive: u32,
+    /// How far, in lengths of the direction.
+    pub t: f32,
+}
 
 /// What lets light through.
 #[derive(Clone, Copy)]
@@ -54,9 +67,9 @@ struct Through<'a> {
 }
 
 impl Opacity for Through<'_> {
-    fn depth(&self, _ray: usize, primitive: u32, _t: f32) -> u32 {
+    fn depth(&self, ray: usize, primitive: u32, t: f32) -> u32 {
         let (geometry, primitive) = self.group.pair(primitive, &mut 0);
-        (self.depths)(geometry, primitive)
+        (self.depths)(Meeting { ray, geometry, primitive, t })
     }
 }
 

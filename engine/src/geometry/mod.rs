@@ -50,7 +50,7 @@ pub use cloud_series::{CloudSeries, Make};
 pub use field::{Field, Series};
 pub use geometries::{Geometries, NeedsRebuild, SceneError};
 pub use gradient::Gradient;
-pub use group::{Depths, Translucent};
+pub use group::{Depths, Meeting, Translucent};
 pub use iso_surface::IsoSurfaces;
 pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, draw, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};

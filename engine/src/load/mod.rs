@@ -9,7 +9,8 @@
 //! | `memory` | how much memory steps of time may take |
 //! | `options` | how a file is loaded, beside what it says itself |
 //! | `obj`, `obj_pieces`, `obj_read` | OBJ: one mesh of what its statements say; threads that read pieces; the statements |
-//! | `mtl`, `mtl_check` | materials of OBJ files through `tobj`; what a line must look like before it sees it |
+//! | `mtl`, `mtl_check`, `mtl_maps` | materials of OBJ files through `tobj`; what a line must look like before it sees it; their textures |
+//! | `textures` | pictures that a model wants, each once |
 //! | `ply` | PLY: a mesh, or particles |
 //! | `stl` | STL: triangles as text or binary |
 //! | `particles` | CSV, XYZ, dumps of LAMMPS and raw numbers: particles |
@@ -21,12 +22,14 @@
 //! | `lines` | text line by line |
 //! | `plain` | plain numbers, fast |
 //! | `pieces` | text in pieces that threads read at the same time |
+//! | `beside` | files that a model names |
 //! | `input` | plain and gzip files, with a limit on what they unpack to |
 //! | `binary` | numbers out of bytes |
 //! | `text` | numbers as programs write them; names made safe to show |
 //! | `loaded` | what was found in a file |
 //! | `error` | [`LoadError`] |
 
+mod beside;
 mod binary;
 mod error;
 mod format;
@@ -36,6 +39,7 @@ mod loaded;
 mod memory;
 mod mtl;
 mod mtl_check;
+mod mtl_maps;
 mod obj;
 mod obj_pieces;
 mod obj_read;
@@ -51,6 +55,7 @@ mod scene_file;
 pub mod series;
 mod stl;
 mod text;
+mod textures;
 mod transfer;
 mod volume;
 

@@ -1,19 +1,21 @@
 //! Materials of OBJ files (MTL), through `tobj`.
 
 use std::collections::{HashMap, HashSet};
-use std::ffi::OsString;
-use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::beside::beside;
 use super::lines::{CheckedLines, Stop};
 use super::mtl_check::MtlCheck;
+use super::mtl_maps::MapStatement;
 use super::text::quoted;
+use super::textures::{Decoded, Gallery, Use};
 use super::{LoadError, input};
 use crate::material::{Flat, Lambertian, Material, NamedMaterial, Phong};
 use crate::progress::Progress;
+use crate::texture::{Map, Maps, NormalMap, OpacityMap};
 
 /// Names beyond this many are not looked for: one statement may hold a great many.
 const MOST_NAMES: usize = 1024;
@@ -31,23 +33,25 @@ pub(super) struct Library {
     numbers: HashMap<String, u32>,
     /// Files that are loaded: exporters repeat statements.
     loaded: HashSet<PathBuf>,
+    /// What the parser says of each material.
+    parsed: Vec<Parsed>,
 }
 
 impl Library {
     /// Loads what the `mtllib` statements of an OBJ file name, each file once. A missing file is a warning.
-    pub(super) fn of(obj: &Path, statements: &[String]) -> Result<Self, LoadError> {
+    pub(super) fn of(obj: &Path, statements: &[String], progress: &Progress) -> Result<Self, LoadError> {
         let mut library = Self::default();
         let (mut said, mut seen) = (HashSet::new(), HashSet::new());
         for statement in statements.iter().filter(|&statement| said.insert(statement)).take(MOST_NAMES) {
             // A statement is a name with spaces, if there is such a file, or several names.
             let whole = statement.trim_matches(['"', '\'']);
             let bare = statement.split_once(" #").map_or(&**statement, |(name, _)| name.trim());
-            let names = if find(obj, whole).is_some() { vec![whole] } else { words(bare) };
+            let names = if beside(obj, whole).is_some() { vec![whole] } else { words(bare) };
             for name in names {
                 if seen.len() >= MOST_NAMES || !seen.insert(name) {
                     continue;
                 }
-                let Some(path) = find(obj, name) else {
+                let Some(path) = beside(obj, name) else {
                     library.missing = true;
                     let name = quoted(name);
                     let folder = obj.parent().unwrap_or(Path::new(""));
@@ -72,6 +76,7 @@ impl Library {
                 }
             }
         }
+        library.describe(progress);
         Ok(library)
     }
 
@@ -87,15 +92,31 @@ impl Library {
             self.warnings.push(format!("{}; what follows in it is left out", stop.into_error(file, line, input.gzip)));
         }
         let parsed = parsed.map_err(|error| LoadError::new(file, error.to_string(), "check it in a text editor"));
-        for material in &parsed?.0 {
+        for material in parsed?.0 {
             if !self.numbers.contains_key(&material.name) {
-                self.numbers.insert(material.name.clone(), self.materials.len() as u32);
-                self.materials.push(describe(material));
+                self.numbers.insert(material.name.clone(), self.parsed.len() as u32);
+                self.parsed.push(Parsed { material, file: file.to_owned(), blender: check.blender });
             }
         }
         self.warnings.extend(check.warnings(file));
         self.warnings.extend(input.warning(file));
         Ok(())
+    }
+
+    /// Makes the materials of what was parsed, with their textures.
+    fn describe(&mut self, progress: &Progress) {
+        let (mut gallery, mut missing) = (Gallery::default(), Vec::new());
+        let named: Vec<NamedMaps> =
+            self.parsed.iter().map(|parsed| NamedMaps::of(parsed, &mut gallery, &mut missing)).collect();
+        let decoded = gallery.decode(progress);
+        if let [first, others @ ..] = &missing[..] {
+            let others = if others.is_empty() { String::new() } else { format!(", and {} others", others.len()) };
+            self.warnings.push(format!("{first}{others}; materials keep their colours"));
+        }
+        let broken = decoded.iter().filter_map(|result| result.as_ref().err());
+        self.warnings.extend(broken.map(|error| format!("{error}; materials keep their colours")));
+        let parsed = self.parsed.drain(..).zip(&named);
+        self.materials = parsed.map(|(parsed, named)| describe(&parsed, named.maps(&decoded))).collect();
     }
 
     /// The material that a `usemtl` statement names; a comment may follow the name.
@@ -120,42 +141,6 @@ fn words(statement: &str) -> Vec<&str> {
     words
 }
 
-/// The file that an OBJ file at `obj` calls `name`, if it is beside it or in a folder beside it. Exporters write paths of their own
-/// machine: then the bare file name counts, and last its letters whether large or small.
-fn find(obj: &Path, name: &str) -> Option<PathBuf> {
-    let folder = obj.parent().unwrap_or(Path::new(""));
-    let name = name.replace('\\', "/");
-    let path = Path::new(&name);
-    let bare = Path::new(path.file_name()?);
-    let beside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    let exact = [beside.then_some(path), Some(bare)].into_iter().flatten().map(|path| folder.join(path));
-    let found = exact.into_iter().find(|path| input::is_regular(path)).or_else(|| {
-        let alike = beside.then(|| alike(folder, path)).flatten();
-        alike.or_else(|| self::alike(folder, bare)).filter(|path| input::is_regular(path))
-    })?;
-    // A link may not lead out of the folder that the model is in.
-    let inside = |found: &Path| {
-        let real = found.canonicalize().ok()?;
-        let folders =
-            [Path::new(".").join(folder).canonicalize().ok(), obj.canonicalize().ok()?.parent().map(Path::to_owned)];
-        folders.into_iter().flatten().any(|folder| real.starts_with(folder)).then_some(())
-    };
-    inside(&found).map(|()| found)
-}
-
-/// The file or folder at a path in a folder whose names differ at most in whether letters are large or small; the first by name,
-/// whatever order the disk has.
-fn alike(folder: &Path, path: &Path) -> Option<PathBuf> {
-    let mut found = folder.to_owned();
-    for part in path.components().filter(|part| matches!(part, Component::Normal(_))) {
-        let wanted = part.as_os_str().to_string_lossy().to_lowercase();
-        let entries = fs::read_dir(Path::new(".").join(&found)).ok()?;
-        let names = entries.filter_map(|entry| entry.ok().map(|entry| entry.file_name()));
-        found.push(names.filter(|name: &OsString| name.to_string_lossy().to_lowercase() == wanted).min()?);
-    }
-    Some(found)
-}
-
 impl Stop {
     /// The error at the line of `file` where reading stopped.
     pub(super) fn into_error(self, file: &Path, line: u64, gzip: bool) -> LoadError {
@@ -167,10 +152,75 @@ impl Stop {
     }
 }
 
+/// What the parser says of a material.
+struct Parsed {
+    material: tobj::Material,
+    /// Where it is.
+    file: PathBuf,
+    /// Was that written by Blender?
+    blender: bool,
+}
+
+/// Which textures a material wants: the number of each in a gallery, and how it lies on the surface.
+#[derive(Debug, Default)]
+struct NamedMaps {
+    color: Option<(usize, MapStatement)>,
+    opacity: Option<(usize, MapStatement)>,
+    bumps: Option<(usize, MapStatement)>,
+}
+
+impl NamedMaps {
+    /// What a material of an MTL file names. Files that are not there are told.
+    fn of(parsed: &Parsed, gallery: &mut Gallery, missing: &mut Vec<String>) -> Self {
+        let (material, mtl) = (&parsed.material, &parsed.file);
+        let mut want = |name: &str, what: Use| {
+            let statement = MapStatement::parse(material.unknown_param.get(name)?)?;
+            match beside(mtl, &statement.name) {
+                Some(file) => Some((gallery.want(file, what), statement)),
+                None => {
+                    missing.push(format!("{}: texture {} is not there", mtl.display(), quoted(&statement.name)));
+                    None
+                }
+            }
+        };
+        Self {
+            color: want("texture:color", Use::Color),
+            // With alpha in the picture of the colours, it is the same picture.
+            opacity: want("texture:opacity", Use::Data),
+            bumps: want("texture:normals", Use::Bumps).or_else(|| want("texture:bumps", Use::Bumps)),
+        }
+    }
+
+    /// With the textures that could be decoded. What is opaque in part by its picture of colours alone has that as opacity.
+    fn maps(&self, decoded: &Decoded) -> Maps {
+        let map = |wanted: &Option<(usize, MapStatement)>| {
+            let (number, statement) = wanted.as_ref()?;
+            let texture = decoded.get(*number)?.as_ref().ok()?.clone();
+            let ([across, up], offset) = (statement.scale, statement.offset);
+            Some(Map { texture, wrap: [statement.wrap; 2], turn: [[across, 0.0], [0.0, up]], offset })
+        };
+        let color = map(&self.color);
+        let channel = |map: &Map| {
+            let matte = self.opacity.as_ref().is_some_and(|(_, statement)| statement.matte);
+            if matte || map.texture.has_alpha() { 3 } else { 0 }
+        };
+        let opacity =
+            map(&self.opacity).map(|map| OpacityMap { channel: channel(&map), map, factor: 1.0, cutoff: None });
+        let holes = color.clone().filter(|map| map.texture.has_alpha());
+        let holes = holes.map(|map| OpacityMap { map, channel: 3, factor: 1.0, cutoff: None });
+        let scale = self.bumps.as_ref().map_or(1.0, |(_, statement)| statement.bump);
+        Maps { color, normal: map(&self.bumps).map(|map| NormalMap { map, scale }), opacity: opacity.or(holes) }
+    }
+}
+
 /// What a material of an MTL file looks like.
-pub(super) fn describe(material: &tobj::Material) -> NamedMaterial {
+fn describe(Parsed { material, blender, .. }: &Parsed, maps: Maps) -> NamedMaterial {
     let colour = |c: Option<[f32; 3]>, default: f32| Vec3::from(c.unwrap_or([default; 3])).clamp(Vec3::ZERO, Vec3::ONE);
-    let diffuse = colour(material.diffuse, 0.7);
+    let mut diffuse = colour(material.diffuse, 0.7);
+    // A texture is multiplied by the colour. Of Blender's materials it takes its place, and black would leave nothing of it.
+    if maps.color.is_some() && (*blender || diffuse == Vec3::ZERO) {
+        diffuse = Vec3::ONE;
+    }
     let specular = colour(material.specular, 0.0);
     let emission = Vec3::from(material.emissive.unwrap_or_default()).max(Vec3::ZERO);
     let transparency = (1.0 - material.dissolve.unwrap_or(1.0)).clamp(0.0, 1.0);
@@ -184,9 +234,9 @@ pub(super) fn describe(material: &tobj::Material) -> NamedMaterial {
     };
     let plain = specular == Vec3::ZERO || material.illumination_model.is_some_and(|model| model < 2);
     let described: Arc<dyn Material> = if emission != Vec3::ZERO {
-        Arc::new(Flat { color: emission })
+        Arc::new(Flat { color: emission, maps })
     } else if plain && transparency == 0.0 && reflection == 0.0 {
-        Arc::new(Lambertian { diffuse })
+        Arc::new(Lambertian { diffuse, maps })
     } else {
         Arc::new(Phong {
             diffuse,
@@ -195,6 +245,7 @@ pub(super) fn describe(material: &tobj::Material) -> NamedMaterial {
             reflection,
             transparency,
             refractive_index,
+            maps,
         })
     };
     NamedMaterial { name: material.name.clone(), material: described }

@@ -9,12 +9,22 @@ use super::text::{self, quoted};
 /// Of a file with more materials no more are read: each takes some hundred bytes, a statement takes ten.
 const MOST_MATERIALS: u64 = 1 << 16;
 
+/// Textures that are used: their keywords, in lower case, and what the parser is told, which hands on what it does not know.
+pub(super) const TEXTURES: [(&[&str], &str); 4] = [
+    (&["map_kd"], "texture:color"),
+    (&["map_d", "map_tr", "map_opacity"], "texture:opacity"),
+    (&["map_bump", "bump"], "texture:bumps"),
+    (&["norm", "map_kn", "map_norm"], "texture:normals"),
+];
+
 /// What has been seen of an MTL file.
 #[derive(Debug, Default)]
 pub(super) struct MtlCheck {
     /// Materials so far.
     pub(super) materials: u64,
-    /// Texture maps, which are left out.
+    /// Was it written by Blender?
+    pub(super) blender: bool,
+    /// Textures that mean nothing to us, which are left out.
     textures: u64,
     /// Lines that say nothing that can be understood, which are left out, and what the first of them is.
     odd: Seen,
@@ -62,7 +72,7 @@ impl MtlCheck {
                 if self.textures == 1 { "" } else { "s" },
                 if self.textures == 1 { "is" } else { "are" },
             );
-            format!("{file}: {count} texture map{s} {is} left out; materials keep their colours")
+            format!("{file}: {count} texture map{s} of other kinds than Mobula knows {is} left out")
         });
         let Seen { count, line } = self.odd;
         let odd = (count > 0).then(|| {
@@ -79,6 +89,7 @@ impl MtlCheck {
     /// A line that the parser knows, or nothing, or what is wrong.
     fn rewrite(&mut self, line: &str) -> Result<String, String> {
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        self.blender |= keyword.starts_with('#') && line.contains("Blender");
         let mut words = rest.split_whitespace();
         let lower = keyword.to_ascii_lowercase();
         if lower == "newmtl" {
@@ -114,12 +125,14 @@ impl MtlCheck {
                 let model = number(keyword, words.next())?;
                 if (0.0..=255.0).contains(&model) { format!("illum {model:.0}") } else { String::new() }
             }
-            _ => {
-                self.textures += u64::from(
-                    lower.starts_with("map_") || matches!(lower.as_str(), "bump" | "disp" | "decal" | "refl" | "norm"),
-                );
-                String::new()
-            }
+            other => match TEXTURES.iter().find(|(keywords, _)| keywords.contains(&other)) {
+                Some((_, name)) => format!("{name} {}", rest.trim()),
+                None => {
+                    let texture = lower.starts_with("map_") || matches!(other, "disp" | "decal" | "refl");
+                    self.textures += u64::from(texture);
+                    String::new()
+                }
+            },
         })
     }
 }

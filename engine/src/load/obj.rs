@@ -20,7 +20,7 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
     if obj.corners.is_empty() {
         return Err(nothing(file, &obj));
     }
-    let mut library = Library::of(file, &obj.libraries)?;
+    let mut library = Library::of(file, &obj.libraries, &options.progress)?;
     let mut warnings = take(&mut library.warnings);
     let material_of = materials(file, &obj, &library, &mut warnings);
 

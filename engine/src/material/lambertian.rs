@@ -7,19 +7,30 @@ use crate::lanes::{add, dot, load3, scale, store3};
 use crate::lighting::Arriving;
 use crate::packet::{Columns3, SubPacket, part_mut, set_vec3, vec3};
 use crate::scratch::lend;
+use crate::shading::sample;
 use crate::stack::{Context, Lit, Material};
+use crate::texture::Maps;
 
 /// Scatters light evenly. Both sides of a surface look the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Lambertian {
     /// Fraction of the light that is scattered, linear RGB (MTL `Kd`).
     pub diffuse: Vec3,
+    /// Its textures.
+    pub maps: Maps,
+}
+
+impl Lambertian {
+    /// Without textures.
+    pub fn new(diffuse: Vec3) -> Self {
+        Self { diffuse, maps: Maps::default() }
+    }
 }
 
 impl Default for Lambertian {
     /// A light grey.
     fn default() -> Self {
-        Self { diffuse: Vec3::splat(0.7) }
+        Self::new(Vec3::splat(0.7))
     }
 }
 
@@ -27,8 +38,16 @@ impl Material for Lambertian {
     fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>, lit: Lit<'_>) {
         let light: &mut Columns3 = &mut lend(context.width);
         scatter(context, lit, light);
-        diffuse(hits, self.diffuse, light);
+        diffuse(hits, self.diffuse, &self.maps, light);
         hits.set_colors(light);
+    }
+
+    fn maps(&self) -> &Maps {
+        &self.maps
+    }
+
+    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
+        show_base_color(hits, self.diffuse, &self.maps);
     }
 
     fn base_color(&self) -> Vec3 {
@@ -36,7 +55,8 @@ impl Material for Lambertian {
     }
 
     fn describe(&self) -> String {
-        format!("matt ({:.2}, {:.2}, {:.2})", self.diffuse.x, self.diffuse.y, self.diffuse.z)
+        let Vec3 { x, y, z } = self.diffuse;
+        format!("matt ({x:.2}, {y:.2}, {z:.2}){}", self.maps.describe())
     }
 }
 
@@ -69,9 +89,15 @@ impl Task for Scatter<'_, '_> {
     }
 }
 
-/// Turns the light at the hits into what a surface of this colour, times the geometry's own, scatters of it.
-pub(super) fn diffuse(hits: &mut SubPacket<'_>, color: Vec3, light: &mut Columns3) {
+/// Turns the light at the hits into what a surface of this colour, times those of its texture and of the geometry, scatters of it.
+pub(super) fn diffuse(hits: &mut SubPacket<'_>, color: Vec3, maps: &Maps, light: &mut Columns3) {
     let count = hits.len();
+    if let Some(map) = &maps.color {
+        sample(hits, map, |i, texel| {
+            let scattered = texel.truncate() * vec3(light, i);
+            set_vec3(light, i, scattered);
+        });
+    }
     match hits.own_colors() {
         Some(own) => (0..count).for_each(|i| {
             let scattered = color * vec3(&own, i) * vec3(light, i);
@@ -81,6 +107,18 @@ pub(super) fn diffuse(hits: &mut SubPacket<'_>, color: Vec3, light: &mut Columns
             for (light, color) in light.iter_mut().zip(color.to_array()) {
                 light[..count].iter_mut().for_each(|light| *light *= color);
             }
+        }
+    }
+}
+
+/// Shows a surface of this colour without any light.
+pub(super) fn show_base_color(hits: &mut SubPacket<'_>, color: Vec3, maps: &Maps) {
+    match &maps.color {
+        None => hits.fill_color(color),
+        Some(map) => {
+            let colors: &mut Columns3 = &mut lend(hits.width());
+            sample(hits, map, |i, texel| set_vec3(colors, i, color * texel.truncate()));
+            hits.set_colors(colors);
         }
     }
 }

@@ -3,18 +3,19 @@
 
 use glam::Vec3;
 
-use super::lambertian::{diffuse, scatter};
+use super::lambertian::{diffuse, scatter, show_base_color};
 use crate::math::{normalize, pow};
 use crate::packet::{Column, Columns3, SubPacket, add_vec3, set_vec3, vec3};
 use crate::scratch::lend;
 use crate::shading::trace;
 use crate::stack::{Context, Lit, Material};
+use crate::texture::Maps;
 
 /// Scatters, shines, mirrors, and lets through. Of all light that is not mirrored, a fraction comes from behind, unbent
 /// (thin glass), and the rest from the surface itself.
 /// Colours are linear RGB; numbers out of range count as the nearest that is within, NaN as 0. The names in brackets are those of MTL
 /// files.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Phong {
     /// Fraction of the light that is scattered (`Kd`).
     pub diffuse: Vec3,
@@ -29,6 +30,8 @@ pub struct Phong {
     pub transparency: f32,
     /// Index of refraction (`Ni`): how fast mirroring grows towards grazing angles where there is transparency.
     pub refractive_index: f32,
+    /// Its textures; that of colours counts for `diffuse`.
+    pub maps: Maps,
 }
 
 impl Default for Phong {
@@ -40,6 +43,7 @@ impl Default for Phong {
             reflection: 0.0,
             transparency: 0.0,
             refractive_index: 1.5,
+            maps: Maps::default(),
         }
     }
 }
@@ -48,7 +52,7 @@ impl Default for Phong {
 const DEEPEST_GLASS_MIRROR: u32 = 1;
 
 impl Phong {
-    /// The same with all numbers in range, and at least the reflection that goes with the index of refraction.
+    /// The same without textures, with all numbers in range, and at least the reflection that goes with the index of refraction.
     fn sound(&self) -> Self {
         let clamp = |x: f32, most: f32| if x > 0.0 { x.min(most) } else { 0.0 };
         let clamp3 = |v: Vec3| Vec3::from(v.to_array().map(|x| clamp(x, f32::MAX)));
@@ -66,6 +70,8 @@ impl Phong {
             reflection,
             transparency,
             refractive_index: self.refractive_index,
+            // To share textures takes time, and nobody asks for them here.
+            maps: Maps::default(),
         }
     }
 }
@@ -92,7 +98,7 @@ impl Material for Phong {
             }
         }
         // `light` becomes the colour: first of the surface itself.
-        diffuse(hits, sound.diffuse, light);
+        diffuse(hits, sound.diffuse, &self.maps, light);
         if sound.reflection > 0.0 || sound.transparency > 0.0 {
             sound.blend_secondary(context, hits, lit, light);
         }
@@ -103,8 +109,16 @@ impl Material for Phong {
         }
     }
 
+    fn maps(&self) -> &Maps {
+        &self.maps
+    }
+
     fn base_color(&self) -> Vec3 {
         self.sound().diffuse
+    }
+
+    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
+        show_base_color(hits, self.base_color(), &self.maps);
     }
 
     /// Mirroring, which grows towards grazing angles, is left aside.
@@ -121,6 +135,7 @@ impl Material for Phong {
         if self.transparency > 0.0 {
             text.push_str(&format!(", lets through {:.2}", self.transparency));
         }
+        text.push_str(self.maps.describe());
         text
     }
 }

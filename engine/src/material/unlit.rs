@@ -2,32 +2,52 @@
 
 use glam::Vec3;
 
+use super::lambertian::{diffuse, show_base_color};
 use crate::packet::{Columns3, SubPacket};
 use crate::scratch::lend;
 use crate::stack::{Context, Lit, Material};
+use crate::texture::Maps;
 
-/// The same colour everywhere.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The same colour in any light.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Flat {
     /// The colour, linear RGB.
     pub color: Vec3,
+    /// Its textures.
+    pub maps: Maps,
+}
+
+impl Flat {
+    /// Without textures.
+    pub fn new(color: Vec3) -> Self {
+        Self { color, maps: Maps::default() }
+    }
 }
 
 impl Default for Flat {
     /// A light grey, which is seen before black and before white.
     fn default() -> Self {
-        Self { color: Vec3::splat(0.7) }
+        Self::new(Vec3::splat(0.7))
     }
 }
 
 impl Material for Flat {
     fn shade(&self, context: &Context<'_>, hits: &mut SubPacket<'_>, _: Lit<'_>) {
-        let Some(own) = hits.own_colors() else { return hits.fill_color(self.color) };
-        let colors: &mut Columns3 = &mut lend(context.width);
-        for ((to, own), channel) in colors.iter_mut().zip(own).zip(self.color.to_array()) {
-            to.iter_mut().zip(own).for_each(|(to, own)| *to = channel * own);
+        if self.maps.color.is_none() && hits.own_colors().is_none() {
+            return hits.fill_color(self.color);
         }
+        let colors: &mut Columns3 = &mut lend(context.width);
+        colors.iter_mut().for_each(|column| column[..hits.len()].fill(1.0));
+        diffuse(hits, self.color, &self.maps, colors);
         hits.set_colors(colors);
+    }
+
+    fn maps(&self) -> &Maps {
+        &self.maps
+    }
+
+    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
+        show_base_color(hits, self.color, &self.maps);
     }
 
     fn is_lit(&self) -> bool {
@@ -39,7 +59,8 @@ impl Material for Flat {
     }
 
     fn describe(&self) -> String {
-        format!("flat ({:.2}, {:.2}, {:.2})", self.color.x, self.color.y, self.color.z)
+        let Vec3 { x, y, z } = self.color;
+        format!("flat ({x:.2}, {y:.2}, {z:.2}){}", self.maps.describe())
     }
 }
 

@@ -103,8 +103,8 @@ const BLUE: [f32; 3] = [0.1, 0.3, 0.8];
 fn volumes_end_at_surfaces_and_go_on_behind_transparent_ones() {
     let volume = || slab([-1.0, 3.0], RED, 0.4);
     is_layers(&scene(vec![volume()], vec![], Flat::default()), &[(RED, 0.4, 4.0)], Vec3::splat(0.5), 2e-3);
-    let flat = Flat { color: Vec3::new(0.0, 1.0, 0.0) };
-    is_layers(&scene(vec![volume()], vec![pane(1.0, 0)], flat), &[(RED, 0.4, 2.0)], Vec3::Y, 2e-3);
+    let flat = Flat::new(Vec3::new(0.0, 1.0, 0.0));
+    is_layers(&scene(vec![volume()], vec![pane(1.0, 0)], flat.clone()), &[(RED, 0.4, 2.0)], Vec3::Y, 2e-3);
     is_layers(&scene(vec![volume()], vec![pane(4.0, 0)], flat), &[], Vec3::Y, 1e-6);
     // Glass that only takes half of the light.
     let glass = Phong { diffuse: Vec3::ZERO, transparency: 0.5, refractive_index: 1.0, ..Phong::default() };
@@ -133,8 +133,8 @@ fn media_that_overlap_are_mixed() {
     let fog = Fog { color: Vec3::from(BLUE), density: 0.2 };
     let layers = [(BLUE, 0.2, 2.0), mixed((RED, 0.5), (BLUE, 0.2), 2.0)];
     let media: Vec<Arc<dyn Medium>> = vec![slab([-1.0, 3.0], RED, 0.5), Arc::new(fog)];
-    let flat = Flat { color: Vec3::ONE };
-    is_layers(&scene(media.clone(), vec![pane(1.0, 0)], flat), &layers, Vec3::ONE, 3e-3);
+    let flat = Flat::new(Vec3::ONE);
+    is_layers(&scene(media.clone(), vec![pane(1.0, 0)], flat.clone()), &layers, Vec3::ONE, 3e-3);
     let endless = [layers[0], mixed((RED, 0.5), (BLUE, 0.2), 4.0), (BLUE, 0.2, 1e9)];
     is_layers(&scene(media, vec![], flat), &endless, Vec3::ZERO, 3e-3);
 }
@@ -142,7 +142,7 @@ fn media_that_overlap_are_mixed() {
 #[test]
 fn volumes_throw_shadows_on_surfaces() {
     let volume = slab([2.0, 3.0], [0.0; 3], 0.7);
-    let matt = Lambertian { diffuse: Vec3::ONE };
+    let matt = Lambertian::new(Vec3::ONE);
     // Through the volume to the eye, and from the light through it.
     let through = (-0.7_f32).exp();
     is_layers(&scene(vec![volume], vec![pane(0.0, 0)], matt), &[([0.0; 3], 0.7, 1.0)], Vec3::splat(through), 2e-3);

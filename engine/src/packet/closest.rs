@@ -29,7 +29,7 @@ pub struct Packet {
     width: usize,
     /// The level that its rays met a structure at, and that values are derived at.
     pub(super) token: AnyToken,
-    stored: Stored,
+    pub(super) stored: Stored,
     /// Number of the geometry that each ray hit, `NO_HIT` where none.
     geometry: Column<u32>,
     /// Number of the primitive of that geometry.
@@ -41,6 +41,10 @@ pub struct Packet {
     pub image: [Column<f32>; 2],
     /// Of each sample, the hash of its pixel, and its number there: what is chosen at random follows from these alone.
     pub samples: [Column<u32>; 2],
+    /// How wide the cone is where each ray starts that stands for what the ray sees (Amanatides, "Ray Tracing with Cones", 1984).
+    pub cone_widths: Column<f32>,
+    /// By how much the cones become wider, for each unit of length.
+    pub cone_spread: f32,
     /// What of the light from behind the hits arrives where the rays start, and whether this is known.
     through: Column<f32>,
     has_through: bool,
@@ -61,6 +65,7 @@ pub(super) struct Derived {
     pub(super) error_scale: Column<f32>,
     pub(super) texture: Columns3,
     pub(super) derivatives: [Columns3; 2],
+    pub(super) texture_area: Column<f32>,
     pub(super) color: Columns3,
 }
 
@@ -85,10 +90,13 @@ impl Packet {
                 error_scale: Column::new(width),
                 texture: columns3(width),
                 derivatives: [columns3(width), columns3(width)],
+                texture_area: Column::new(width),
                 color: columns3(width),
             },
             image: [Column::new(width), Column::new(width)],
             samples: [Column::new(width), Column::new(width)],
+            cone_widths: Column::new(width),
+            cone_spread: 0.0,
             through: Column::new(width),
             has_through: false,
             color: columns3(width),
@@ -125,6 +133,15 @@ impl Packet {
         self.runs.push(Run { rays: 0..count, hit: None });
         self.depth = 0;
         self.has_through = false;
+        self.cone_widths[..count].fill(0.0);
+        self.cone_spread = 0.0;
+    }
+
+    /// Makes the cones of the active rays narrower or wider.
+    pub fn scale_cones(&mut self, by: f32) {
+        let count = self.len();
+        self.cone_widths[..count].iter_mut().for_each(|width| *width *= by);
+        self.cone_spread *= by;
     }
 
     /// Of each active ray, the fraction of the light from behind its hit that arrives where it starts, beside what its colour has

@@ -7,6 +7,7 @@
 //! | file | idea |
 //! |---|---|
 //! | `sub_packet` | a range of a packet's rays without a copy; values derived once, when first asked for |
+//! | `footprint` | how much of a surface a ray stands for |
 //! | `forward` | normals turned to the side that rays come from |
 //! | `closest` | rays with their hits, and room for shading |
 //! | `any_hit` | rays of which only is asked whether they get through |
@@ -21,6 +22,7 @@ mod any_hit;
 mod closest;
 mod column;
 mod depth;
+mod footprint;
 mod forward;
 mod intersect;
 mod rays;

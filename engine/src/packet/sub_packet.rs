@@ -6,7 +6,8 @@ use glam::Vec3;
 use mobula_core::simd::AnyToken;
 
 use super::closest::{Derived, Packet};
-use super::column::{Columns3, part, part_mut, rows};
+use super::column::{Columns3, part, part_mut, rows, set_vec3, vec3};
+use super::footprint::Footprints;
 use super::forward::turn_forward;
 use super::surface::{Hits, Surface};
 
@@ -21,6 +22,7 @@ bitflags::bitflags! {
         const TEXTURE_COORDINATES = 1 << 4;
         const DERIVATIVES = 1 << 5;
         const COLORS = 1 << 6;
+        const TEXTURE_AREAS = 1 << 7;
     }
 }
 
@@ -227,6 +229,56 @@ impl<'a> SubPacket<'a> {
             }
         }
         self.packet.derived.derivatives.each_ref().map(|columns| part(columns, self.range.clone()))
+    }
+
+    /// How wide the cones around the rays are at the hits, for directions of unit length, by row.
+    #[inline(always)]
+    pub fn cone_width(&self, i: usize) -> f32 {
+        let packet = &*self.packet;
+        let i = self.range.start + i;
+        packet.cone_widths[i] + packet.cone_spread * packet.rays().t_max()[i]
+    }
+
+    /// By how much the cones around the rays become wider, for each unit of length.
+    pub fn cone_spread(&self) -> f32 {
+        self.packet.cone_spread
+    }
+
+    /// Texture coordinates at the hits, and the areas, in texture coordinates, that the cones around the rays cover of the surface.
+    pub fn texture_footprints(&mut self) -> ([&[f32]; 3], &[f32]) {
+        self.texture_coordinates();
+        if self.lacks(Known::TEXTURE_AREAS) {
+            self.derivatives();
+            self.geometric_normals();
+            let Packet { derived, stored, cone_widths, cone_spread, .. } = &mut *self.packet;
+            let Derived { derivatives, geometric_normal, texture_area, .. } = derived;
+            let rays = stored.rays();
+            let footprints = Footprints {
+                cone_widths: &cone_widths[self.range.clone()],
+                spread: *cone_spread,
+                distances: &rays.t_max()[self.range.clone()],
+                directions: rows(rays.directions(), self.range.clone()),
+                geometric_normals: part(geometric_normal, self.range.clone()),
+                derivatives: derivatives.each_ref().map(|columns| part(columns, self.range.clone())),
+            };
+            footprints.areas(&mut texture_area[self.range.clone()]);
+        }
+        let Derived { texture, texture_area, .. } = &self.packet.derived;
+        (part(texture, self.range.clone()), &texture_area[self.range.clone()])
+    }
+
+    /// Changes the unit shading normals before anything follows from them: `change` gets a row, its normal, and the derivatives of the
+    /// position there.
+    pub fn change_normals(&mut self, mut change: impl FnMut(usize, Vec3, [Vec3; 2]) -> Vec3) {
+        debug_assert!(!self.known.contains(Known::FORWARD_NORMALS), "normals that face the rays are derived already");
+        self.normals();
+        self.derivatives();
+        let Derived { normal, derivatives, .. } = &mut self.packet.derived;
+        for i in self.range.clone() {
+            let along = derivatives.each_ref().map(|columns| vec3(columns, i));
+            let changed = change(i - self.range.start, vec3(normal, i), along);
+            set_vec3(normal, i, changed);
+        }
     }
 
     /// The colours of the geometry's own at the hits; `None` if it has none.

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::packet::{Packet, part_mut};
+use crate::packet::Packet;
 use crate::stack::{Context, Renderer};
 
 /// Shows the base colour of each material, unlit, and black where nothing is.
@@ -14,11 +14,13 @@ impl Renderer for Primary {
         let scene = context.scene;
         context.statistics.count_rays(packet);
         scene.intersect(context, packet);
-        let (runs, colors) = packet.runs_and_colors();
-        for run in runs {
-            let color = run.hit.map_or(Vec3::ZERO, |(_, material)| scene.materials.get(material).base_color());
-            for (column, channel) in part_mut(colors, run.rays.clone()).into_iter().zip(color.to_array()) {
-                column.fill(channel);
+        for run in 0..packet.runs().len() {
+            match packet.runs()[run].hit {
+                Some((geometry, material)) => {
+                    let hits = &mut packet.sub_packet(run, Some(scene.geometry.get(geometry)));
+                    scene.materials.get(material).show_base_color(hits);
+                }
+                None => packet.sub_packet(run, None).fill_color(Vec3::ZERO),
             }
         }
     }

@@ -87,7 +87,7 @@ fn stage(geometry: Vec<Arc<dyn Geometry>>, material: impl Material) -> SceneDesc
         view: Some(View { eye: Vec3::new(0.0, 5.0, 0.0), at: Vec3::ZERO, up: Vec3::NEG_Z, fov: 40.0 }),
         ..SceneDescription::default()
     };
-    scene.add_material("floor", Lambertian { diffuse: Vec3::ONE });
+    scene.add_material("floor", Lambertian::new(Vec3::ONE));
     scene.add_material("other", material);
     scene
 }
@@ -169,7 +169,7 @@ fn what_a_ball_keeps_away_is_its_share_of_the_sky() {
 
 #[test]
 fn a_point_in_shadow_is_dark() {
-    let other = Flat { color: Vec3::ZERO };
+    let other = Flat::new(Vec3::ZERO);
     // Behind the eye, in the way of the light.
     let objects = || -> Vec<Arc<dyn Geometry>> { vec![floor(0.0, 0), sphere([0.0, 9.0, 0.0], 0.5, 1)] };
     let lights: [Arc<dyn Light>; 3] = [
@@ -178,7 +178,7 @@ fn a_point_in_shadow_is_dark() {
         Arc::new(Point { position: Vec3::Y * 2e6, color: Vec3::ONE, falloff: false }),
     ];
     for light in lights {
-        let scene = SceneDescription { lights: vec![light.clone()], ..stage(objects(), other) };
+        let scene = SceneDescription { lights: vec![light.clone()], ..stage(objects(), other.clone()) };
         let (picture, statistics) = render(16, &scene, PLAIN);
         assert_eq!(middle(&picture), 0, "{light:?}");
         assert!(picture[0] & 0xff > 200, "{light:?}");
@@ -227,7 +227,7 @@ fn glass_casts_the_shadow_of_its_opacity() {
     for transparency in [0.0, 0.25, 0.5, 0.9, 1.0] {
         let glass = Phong { transparency, ..Phong::default() };
         // Behind the eye, in the way of the light.
-        let one = stage(vec![floor(0.0, 0), pane(9.0)], glass);
+        let one = stage(vec![floor(0.0, 0), pane(9.0)], glass.clone());
         let two = stage(vec![floor(0.0, 0), pane(9.0), sphere([0.0, 7.0, 0.0], 0.5, 1)], glass);
         for width in [1, 16, 64] {
             assert_eq!(middle(&render(width, &one, PLAIN).0), byte(transparency), "{transparency}");
@@ -246,7 +246,7 @@ fn shadows_of_many_panes_are_the_same_in_any_order_and_at_any_width() {
     let glass = Phong { transparency: 0.8, ..Phong::default() };
     let picture = |heights: &[f32], kind| {
         let panes = heights.iter().map(|&y| if y == 7.0 { sphere([0.3, y, 0.2], 0.4, 1) } else { pane(y) });
-        let scene = stage(panes.chain([floor(0.0, 0)]).collect(), glass);
+        let scene = stage(panes.chain([floor(0.0, 0)]).collect(), glass.clone());
         [1, 8, 16, 64, 256].map(|width| render(width, &scene, How { kind, ..PLAIN }).0)
     };
     let pictures = picture(&heights, AccelerationKind::Bvh);
@@ -267,7 +267,7 @@ fn foggy(panes: Vec<Arc<dyn Geometry>>, fog: [f32; 2], flat: f32) -> SceneDescri
         ..Phong::default()
     };
     let mut scene = stage(panes.into_iter().chain([floor(0.0, 0)]).collect(), glass);
-    scene.materials[0].material = Arc::new(Flat { color: Vec3::splat(flat) });
+    scene.materials[0].material = Arc::new(Flat::new(Vec3::splat(flat)));
     scene.media = vec![Arc::new(Fog { density: fog[0], color: Vec3::splat(fog[1]) })];
     scene
 }

@@ -40,6 +40,8 @@ impl PixelSampler for Sobol {
         let samples = self.samples as usize;
         let first_number = context.frame.wrapping_mul(self.samples);
         let width = context.width;
+        // Each sample stands for its part of the pixel's area.
+        let cone = 1.0 / (samples as f32).sqrt();
         let packet: &mut Packet = &mut lend(width);
         let weights: &mut Column<f32> = &mut lend(width);
         // As many whole pixels as fit into a packet; where not even one does, one pixel in several packets.
@@ -59,6 +61,7 @@ impl PixelSampler for Sobol {
                 context.token.run(Place { seeds, numbers, image, count });
                 self.filter.spread(image, &mut weights[..count]);
                 camera.make_rays(context, size, packet);
+                packet.scale_cones(cone);
                 context.renderer.trace(context, packet);
                 for i in 0..count {
                     sum.add(vec3(&packet.color, i), weights[i]);

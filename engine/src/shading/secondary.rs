@@ -48,6 +48,8 @@ pub fn trace(
     for (to, from) in packet.samples.iter_mut().zip(hits.samples()) {
         to.iter_mut().zip(rows).for_each(|(to, &i)| *to = from[usize::from(i)]);
     }
+    packet.cone_spread = hits.cone_spread();
+    rows.iter().enumerate().for_each(|(k, &i)| packet.cone_widths[k] = hits.cone_width(usize::from(i)));
     packet.rays_mut().promise(Properties::NORMALIZED_DIRECTIONS);
     context.renderer.trace(context, packet);
     for (k, &i) in rows.iter().enumerate() {

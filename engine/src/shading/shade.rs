@@ -7,8 +7,8 @@ use crate::lighting::Lighting;
 use crate::packet::{Column, Packet, SubPacket, part_mut};
 use crate::pipeline::fault::scope;
 use crate::scratch::lend;
-use crate::shading::{illuminate, openness};
-use crate::stack::Context;
+use crate::shading::{illuminate, opacities, openness, tilt_normals};
+use crate::stack::{Context, Material};
 
 /// Colours the rays of a packet, run by run: by their materials, or by the background.
 pub fn shade(context: &Context<'_>, packet: &mut Packet) {
@@ -24,7 +24,7 @@ pub fn shade(context: &Context<'_>, packet: &mut Packet) {
         let (name, material) = (scene.materials.scope(material), scene.materials.get(material));
         let hits = &mut packet.sub_packet(run, Some(scene.geometry.get(geometry)));
         scope(name, || {
-            by_opacity(context, hits, |part, opacities| {
+            by_opacity(context, material, hits, |part, opacities| {
                 if is_seen(opacities) {
                     let rows = seen..seen + if material.is_lit() { part.len() } else { 0 };
                     seen = rows.end;
@@ -47,9 +47,11 @@ fn light(context: &Context<'_>, packet: &mut Packet, lighting: &mut Lighting) {
         if !scene.materials.get(material).is_lit() {
             continue;
         }
+        let (name, material) = (scene.materials.scope(material), scene.materials.get(material));
         let hits = &mut packet.sub_packet(run, Some(scene.geometry.get(geometry)));
-        scope(scene.materials.scope(material), || {
-            by_opacity(context, hits, |part, opacities| {
+        scope(name, || {
+            tilt_normals(material, hits);
+            by_opacity(context, material, hits, |part, opacities| {
                 if is_seen(opacities) {
                     lighting.points.append(part);
                 }
@@ -83,19 +85,20 @@ fn is_seen(opacities: Option<&[f32]>) -> bool {
 }
 
 /// Hands on the rays of a sub-packet in parts: those that are [opaque](crate::packet::Surface::opacities) at all, and those that are not,
-/// each with their opacities; all at once, without, if their surface is opaque.
+/// each with their opacities; all at once, without, if they are opaque.
 fn by_opacity(
     context: &Context<'_>,
+    material: &dyn Material,
     hits: &mut SubPacket<'_>,
     mut take: impl FnMut(&mut SubPacket<'_>, Option<&[f32]>),
 ) {
-    let opacities: &mut Column<f32> = &mut lend(context.width);
-    let opacities = &mut opacities[..hits.len()];
-    if !hits.own_opacities(opacities) {
+    let kept: &mut Column<f32> = &mut lend(context.width);
+    let kept = &mut kept[..hits.len()];
+    if !opacities(material, hits, kept) {
         return take(hits, None);
     }
     let mut start = 0;
-    for alike in opacities.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)) {
+    for alike in kept.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)) {
         take(&mut hits.sub_packet(start..start + alike.len()), Some(alike));
         start += alike.len();
     }

@@ -13,6 +13,7 @@ use crate::color::from_srgb;
 use crate::load::LoadError;
 use crate::material::{self, Material, MaterialKind, NamedMaterial};
 use crate::scene::Map;
+use crate::texture::Maps;
 use crate::volume::{MOST_POINTS, Preset, Scale, TransferFunction, TransferPoint};
 
 /// No scene file has more names of one kind.
@@ -128,11 +129,11 @@ impl Definitions {
         let material: Arc<dyn Material> = match kind {
             MaterialKind::Lambertian => {
                 let Colored { color } = text.read(value)?;
-                Arc::new(material::Lambertian { diffuse: paint(color, material::Lambertian::default().diffuse)? })
+                Arc::new(material::Lambertian::new(paint(color, material::Lambertian::default().diffuse)?))
             }
             MaterialKind::Flat => {
                 let Colored { color } = text.read(value)?;
-                Arc::new(material::Flat { color: paint(color, material::Flat::default().color)? })
+                Arc::new(material::Flat::new(paint(color, material::Flat::default().color)?))
             }
             MaterialKind::NormalColor => {
                 let NoKeys {} = text.read(value)?;
@@ -149,6 +150,7 @@ impl Definitions {
                     reflection: reflection.map_or(usual.reflection, |x| x.0 as f32),
                     transparency: transparency.map_or(usual.transparency, |x| x.0 as f32),
                     refractive_index: refractive_index.map_or(usual.refractive_index, |x| x.0 as f32),
+                    maps: Maps::default(),
                 })
             }
         };

@@ -25,8 +25,8 @@ fn balls(balls: &[Ball]) -> Particles {
 
 /// These particles over a floor of one brightness, themselves of another.
 fn over_floor(particles: Particles, [own, below]: [f32; 2]) -> SceneDescription {
-    let mut scene = stage(vec![floor(0.0, 0), Arc::new(particles)], Flat { color: Vec3::splat(own) });
-    scene.materials[0].material = Arc::new(Flat { color: Vec3::splat(below) });
+    let mut scene = stage(vec![floor(0.0, 0), Arc::new(particles)], Flat::new(Vec3::splat(own)));
+    scene.materials[0].material = Arc::new(Flat::new(Vec3::splat(below)));
     scene
 }
 
