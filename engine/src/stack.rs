@@ -329,6 +329,8 @@ pub struct Scene {
     pub shadows: bool,
     /// Which way is up.
     pub up: Up,
+    /// By how many quarter turns around that axis the view that frames everything is turned from its usual direction.
+    pub turns: u8,
     /// Where to look from; `None` frames everything.
     pub view: Option<View>,
     /// Bounds of geometry and media as the scene was built, less what was far from most of it: views and lights go by them.
@@ -385,15 +387,24 @@ impl Scene {
 
     /// The view that shows everything, but what is far from most of it.
     pub fn framed(&self, aspect: f32) -> View {
+        let eye = View::usual_direction(self.up, self.turns);
+        let toward = View { eye, at: Vec3::ZERO, up: self.up.vector(), fov: View::DEFAULT_FOV };
+        self.fitted(&toward, aspect)
+    }
+
+    /// The same in the direction of a view.
+    pub fn fitted(&self, view: &View, aspect: f32) -> View {
+        view.fit(|visit| self.visit_bulk(visit), self.bulk, aspect)
+    }
+
+    /// Calls `visit` with points around most of the scene.
+    fn visit_bulk(&self, visit: &mut dyn FnMut(Vec3)) {
         let (low, high) = self.bulk;
-        let within = |visit: &mut dyn FnMut(Vec3)| {
-            self.extremes(&mut |point| {
-                if point.cmpge(low).all() && point.cmple(high).all() {
-                    visit(point);
-                }
-            });
-        };
-        View::frame_points(within, self.bulk, self.up, aspect)
+        self.extremes(&mut |point| {
+            if point.cmpge(low).all() && point.cmple(high).all() {
+                visit(point);
+            }
+        });
     }
 }
 

@@ -31,6 +31,16 @@ impl Up {
         }
     }
 
+    /// As [`from_y_up`](Self::from_y_up), turned around the axis by so many quarters of a turn, to the right as seen from in front.
+    pub const fn turned(self, v: Vec3, quarters: u8) -> Vec3 {
+        self.from_y_up(match quarters % 4 {
+            0 => v,
+            1 => Vec3::new(v.z, v.y, -v.x),
+            2 => Vec3::new(-v.x, v.y, -v.z),
+            _ => Vec3::new(-v.z, v.y, v.x),
+        })
+    }
+
     /// Guesses from the bounds of a model. It is z where the model stands on z = 0 but not on y = 0, or where it is
     /// much flatter in z than in x and y (a terrain, a house) and does not have its middle at z = 0; else y.
     pub fn guess(bounds: (Vec3, Vec3)) -> Self {
@@ -50,6 +60,43 @@ impl std::str::FromStr for Up {
             "y" | "Y" => Ok(Self::Y),
             "z" | "Z" => Ok(Self::Z),
             _ => Err(Self::Err { kind: "up axis", name: name.to_owned(), known: "y, z".to_owned() }),
+        }
+    }
+}
+
+/// A corner of a box, 0 to 7.
+fn corner((low, high): (Vec3, Vec3), i: usize) -> Vec3 {
+    let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+    Vec3::new(pick(0), pick(1), pick(2))
+}
+
+/// A side of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// What faces the viewer where y is up and x goes to the right.
+    Front,
+    /// The opposite.
+    Back,
+    /// Where x is greatest, seen from the front.
+    Right,
+    /// The opposite.
+    Left,
+    /// From above.
+    Top,
+    /// From below.
+    Bottom,
+}
+
+impl Side {
+    /// Towards the eye, with y up. Straight from above or below nobody could tell what is up in the picture: a thousandth in front.
+    fn backward(self) -> Vec3 {
+        match self {
+            Self::Front => Vec3::Z,
+            Self::Back => Vec3::NEG_Z,
+            Self::Right => Vec3::X,
+            Self::Left => Vec3::NEG_X,
+            Self::Top => Vec3::new(0.0, 1.0, 1e-3),
+            Self::Bottom => Vec3::new(0.0, -1.0, 1e-3),
         }
     }
 }
@@ -75,15 +122,15 @@ impl View {
     /// From the model towards the eye, with y up: from the right, in front, above.
     const THREE_QUARTERS: Vec3 = Vec3::new(0.58, 0.40, 0.74);
 
+    /// From the model towards the eye, a unit vector: from the right, in front, above, turned by so many quarters of a turn.
+    pub fn usual_direction(up: Up, quarters: u8) -> Vec3 {
+        normalize(up.turned(Self::THREE_QUARTERS, quarters))
+    }
+
     /// The three-quarter view that shows all of `bounds`, with a small margin, in an image whose width is `aspect` times
     /// its height. Bounds that are empty or not finite give a view of the unit cube.
     pub fn frame(bounds: (Vec3, Vec3), up: Up, aspect: f32) -> Self {
-        let (low, high) = bounds;
-        let corner = |i: usize| {
-            let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            Vec3::new(pick(0), pick(1), pick(2))
-        };
-        Self::frame_points(|visit| (0..8).map(corner).for_each(visit), bounds, up, aspect)
+        Self::frame_points(|visit| (0..8).map(|i| corner(bounds, i)).for_each(visit), bounds, up, aspect)
     }
 
     /// As [`frame`](Self::frame), but fits the points that `visit_all` calls its argument with, which should all be within
@@ -94,20 +141,29 @@ impl View {
         up: Up,
         aspect: f32,
     ) -> Self {
-        let (low, high) = bounds;
-        let radius = 0.5 * (high * 0.5 - low * 0.5).length() * 2.0;
-        if !(low.cmple(high).all() && low.is_finite() && high.is_finite() && radius.is_finite()) {
-            return Self::frame((Vec3::splat(-0.5), Vec3::splat(0.5)), up, aspect);
+        let eye = Self::usual_direction(up, 0);
+        let toward = Self { eye, at: Vec3::ZERO, up: up.vector(), fov: Self::DEFAULT_FOV };
+        toward.fit(visit_all, bounds, aspect)
+    }
+
+    /// A view in the same direction, with the same field of view, that shows all points that `visit_all` calls its argument with: see
+    /// [`frame_points`](Self::frame_points).
+    pub fn fit(&self, visit_all: impl FnOnce(&mut dyn FnMut(Vec3)), bounds: (Vec3, Vec3), aspect: f32) -> Self {
+        let (mut low, mut high) = bounds;
+        let mut radius = 0.5 * (high * 0.5 - low * 0.5).length() * 2.0;
+        let sound = low.cmple(high).all() && low.is_finite() && high.is_finite() && radius.is_finite();
+        if !sound {
+            (low, high) = (Vec3::splat(-0.5), Vec3::splat(0.5));
+            radius = 0.5 * (high - low).length();
         }
         let middle = low * 0.5 + high * 0.5;
         // One point is framed as a small cube around it would be.
         let scale = if radius > 0.0 { radius } else { middle.abs().max_element().max(1.0) * 1e-3 };
 
-        let backward = normalize(up.from_y_up(Self::THREE_QUARTERS));
-        let right = normalize(up.vector().cross(backward));
-        let upward = backward.cross(right);
+        let [right, upward, forward] = self.basis();
+        let backward = -forward;
         let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
-        let slope_y = libm::tanf(Self::DEFAULT_FOV.to_radians() * 0.5) * Self::FILL;
+        let slope_y = self.slope() * Self::FILL;
         let slopes = Vec2::new(slope_y * aspect, slope_y);
 
         // In coordinates relative to the middle, in units of the scale: with depth d towards the eye, a point is within
@@ -115,13 +171,18 @@ impl View {
         // the eye goes half way between them.
         let mut limits = [Vec2::splat(f32::NEG_INFINITY); 2];
         let mut nearest = f32::NEG_INFINITY;
-        visit_all(&mut |point| {
+        let mut include = |point: Vec3| {
             let p = (point - middle) / scale;
             let (flat, depth) = (Vec2::new(p.dot(right), p.dot(upward)), p.dot(backward));
             limits[0] = limits[0].max(flat + slopes * depth);
             limits[1] = limits[1].max(slopes * depth - flat);
             nearest = nearest.max(depth);
-        });
+        };
+        if sound {
+            visit_all(&mut include);
+        } else {
+            (0..8).for_each(|i| include(corner((low, high), i)));
+        }
         let offset = (limits[0] - limits[1]) * 0.5;
         let depths = (limits[0] + limits[1]) / (slopes * 2.0);
         // A tenth of the size is kept free before the eye: a model that is seen end on may need no distance at all.
@@ -129,7 +190,14 @@ impl View {
         let (offset, depth) = if depth.is_finite() { (offset, depth) } else { (Vec2::ZERO, 2.0 / slope_y) };
 
         let at = middle + (right * offset.x + upward * offset.y) * scale;
-        Self { eye: at + backward * (depth * scale), at, up: up.vector(), fov: Self::DEFAULT_FOV }
+        Self { eye: at + backward * (depth * scale), at, ..*self }
+    }
+
+    /// The same in another direction: from a side of the model, whose axis `axis` points up.
+    pub fn from_side(&self, side: Side, axis: Up) -> Self {
+        let backward = axis.from_y_up(side.backward());
+        let distance = self.distance();
+        Self { eye: self.at + normalize(backward) * distance, up: axis.vector(), ..*self }
     }
 
     /// Unit vectors right, up and forward of the image. Total: where `up` is parallel to the view, or eye and `at` are
@@ -201,6 +269,40 @@ impl View {
     pub fn dolly(&self, factor: f32) -> Self {
         let eye = self.at + (self.eye - self.at) * factor;
         if factor > 0.0 && eye.is_finite() && eye != self.at { Self { eye, ..*self } } else { *self }
+    }
+
+    /// As [`dolly`](Self::dolly), towards what is at a place of the picture, which keeps its place: `[0, 0]` is the middle, 1 upwards half the
+    /// picture's height.
+    pub fn dolly_toward(&self, [x, y]: [f32; 2], factor: f32) -> Self {
+        let [right, up, _] = self.basis();
+        let fixed = self.at + (right * x + up * y) * (self.distance() * self.slope());
+        let [eye, at] = [self.eye, self.at].map(|point| fixed + (point - fixed) * factor);
+        let moved = eye.is_finite() && at.is_finite() && eye != at;
+        if factor > 0.0 && moved { Self { eye, at, ..*self } } else { *self }
+    }
+
+    /// Moves eye and `at` together so that a point is in the middle of the picture, and looks at it: orbits turn around it then. What is
+    /// behind the eye does not change the view.
+    pub fn center(&self, point: Vec3) -> Self {
+        let [.., forward] = self.basis();
+        let depth = (point - self.eye).dot(forward);
+        let eye = point - forward * depth;
+        if depth > 0.0 && eye.is_finite() && eye != point { Self { eye, at: point, ..*self } } else { *self }
+    }
+
+    /// Turns what is looked at around the eye: to the right by `yaw` radians around the up axis, and up by `pitch`, stopping short of the
+    /// poles.
+    pub fn turn(&self, yaw: f32, pitch: f32) -> Self {
+        // Who orbits in the opposite sense around the eye.
+        let turned = Self { eye: self.at, at: self.eye, ..*self }.orbit(-yaw, -pitch);
+        Self { eye: turned.at, at: turned.eye, ..*self }
+    }
+
+    /// Moves eye and `at` to the right, up along the up axis, and forward, by lengths.
+    pub fn walk(&self, [right, up, forward]: [f32; 3]) -> Self {
+        let [r, _, f] = self.basis();
+        let by = r * right + normalize_or(self.up.to_array().map(f64::from), Vec3::Y) * up + f * forward;
+        if by.is_finite() { Self { eye: self.eye + by, at: self.at + by, ..*self } } else { *self }
     }
 
     /// Narrows (`factor` below 1) or widens the field of view, within 1 to 150 degrees.
@@ -282,6 +384,54 @@ mod tests {
         let view = View::frame((Vec3::NEG_ONE, Vec3::ONE), Up::Y, 1.0);
         let back = view.orbit(0.3, 0.2).orbit(0.0, -0.2).orbit(-0.3, 0.0);
         assert!((back.eye - view.eye).length() < 1e-4 * view.distance());
+    }
+
+    #[test]
+    fn what_is_under_the_mouse_stays_there() {
+        let view = View::frame((Vec3::NEG_ONE, Vec3::ONE), Up::Z, 1.0);
+        let place = [0.4, -0.7];
+        let [r, u, f] = view.basis();
+        let ray = f + (r * place[0] + u * place[1]) * view.slope();
+        let near = view.dolly_toward(place, 0.5);
+        for depth in [1.5 * view.distance(), 3.0 * view.distance()] {
+            let seen = project(&near, 1.0, view.eye + ray * depth).unwrap();
+            assert!((seen - Vec2::from(place)).length() < 1e-4, "{seen}");
+        }
+        assert!((near.distance() - 0.5 * view.distance()).abs() < 1e-4);
+        let point = view.at + Vec3::new(0.3, 0.2, -0.1);
+        let centered = view.center(point);
+        assert!(project(&centered, 1.0, point).unwrap().length() < 1e-4);
+        assert!((centered.basis()[2] - f).length() < 1e-5 && centered.at == point);
+        assert_eq!(view.center(view.eye - f), view, "behind the eye");
+    }
+
+    #[test]
+    fn turning_and_walking() {
+        let view = View { eye: Vec3::ZERO, at: Vec3::NEG_Z, up: Vec3::Y, fov: 40.0 };
+        let right = view.turn(0.5, 0.0);
+        assert!(right.at.x > 0.4 && right.at.y.abs() < 1e-5 && right.eye == view.eye, "{right:?}");
+        let up = view.turn(0.0, 0.5);
+        assert!(up.at.y > 0.4 && up.at.x.abs() < 1e-5, "{up:?}");
+        let moved = view.walk([1.0, 2.0, 3.0]);
+        assert!(
+            (moved.eye - Vec3::new(1.0, 2.0, -3.0)).length() < 1e-5 && (moved.at - moved.eye + Vec3::Z).length() < 1e-5
+        );
+    }
+
+    #[test]
+    fn sides_are_seen_upright() {
+        let view = View::frame((Vec3::NEG_ONE, Vec3::ONE), Up::Z, 1.0);
+        for (side, right, up) in [
+            (Side::Front, Vec3::X, Vec3::Z),
+            (Side::Back, Vec3::NEG_X, Vec3::Z),
+            (Side::Right, Vec3::Y, Vec3::Z),
+            (Side::Left, Vec3::NEG_Y, Vec3::Z),
+            (Side::Top, Vec3::X, Vec3::Y),
+            (Side::Bottom, Vec3::X, Vec3::NEG_Y),
+        ] {
+            let [r, u, _] = view.from_side(side, Up::Z).basis();
+            assert!((r - right).length() < 0.01 && (u - up).length() < 0.01, "{side:?}: {r} {u}");
+        }
     }
 
     #[test]

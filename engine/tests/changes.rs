@@ -269,3 +269,81 @@ fn a_change_of_the_packet_width_is_not_to_be_seen() {
         assert_eq!(pipeline.state().stack.width, width);
     }
 }
+
+/// A picture with so many samples a pixel, in one frame.
+fn whole(sampler: SamplerKind, occlusion: Option<f32>) -> Vec<u8> {
+    let settings = Settings { sampler, occlusion, ..settings() };
+    picture(&mut app::pipeline(&description(), &settings).expect("a small scene"))
+}
+
+#[test]
+fn refined_pictures_are_those_of_as_many_samples() {
+    for (sampler, occlusion, threads) in
+        [("sobol:7", None, 2), ("sobol:5:mitchell", Some(3.0), 1), ("sobol:2", None, 3)]
+    {
+        let sampler: SamplerKind = sampler.parse().expect("a sampler");
+        let settings = Settings { sampler, occlusion, threads, on_demand: true, ..settings() };
+        let mut pipeline = app::pipeline(&description(), &settings).expect("a small scene");
+        pipeline.state().refine(settings.balancer);
+        let shown = pipeline.state().shown_samples().expect("it is refined").clone();
+        let look = |pipeline: &mut Pipeline<State>, frames: u64| {
+            pipeline.run(frames).expect("nothing fails");
+            let (frame, picture) = pipeline.picture(0).expect("a picture");
+            (shown.of(frame), picture.to_rgba8())
+        };
+        // The setup of a run counts as a change: each run begins anew.
+        for frames in 1..=u64::from(sampler.samples()) + 1 {
+            let (samples, picture) = look(&mut pipeline, frames);
+            let taken = frames as u32 - 1;
+            assert_eq!(samples, if taken >= sampler.samples().min(4) { taken } else { 1 }, "{sampler}, frame {frames}");
+            let expected = whole(sampler.after(samples), occlusion);
+            assert!(picture == expected, "{sampler}: {samples} samples differ from those of one frame");
+        }
+    }
+}
+
+#[test]
+fn refined_pictures_begin_anew_after_changes_and_come_to_rest() {
+    let sampler = SamplerKind::of_samples(5);
+    let settings = Settings { sampler, on_demand: true, ..settings() };
+    let mut pipeline = app::pipeline(&description(), &settings).expect("a small scene");
+    pipeline.state().refine(settings.balancer);
+    let shown = pipeline.state().shown_samples().expect("it is refined").clone();
+    let handle = pipeline.handle();
+    let rest = |frames: u64| {
+        let start = std::time::Instant::now();
+        while handle.progress().frames < frames {
+            assert!(start.elapsed().as_secs() < 60, "{:?} of {frames} frames", handle.progress());
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        assert_eq!(handle.progress().frames, frames, "it does not rest");
+    };
+    std::thread::scope(|scope| {
+        let run = scope.spawn(|| pipeline.run_until_stopped().expect("nothing fails"));
+        rest(6);
+        handle.send("no shadows", |state| state.stack.scene.shadows = false);
+        rest(12);
+        assert_eq!(shown.of(11), 5);
+        // Another frame without a change keeps what is there.
+        handle.at_barrier("frame", |point| point.request_frame());
+        rest(13);
+        assert_eq!(shown.of(12), 5);
+        handle.send("hold", |state| state.hold(true));
+        rest(14);
+        assert_eq!(shown.of(13), 1);
+        handle.at_barrier("let go", |point| {
+            point.state.hold(false);
+            point.request_frame();
+        });
+        rest(19);
+        handle.stop();
+        run.join().expect("no panic");
+    });
+    let mut scene = description();
+    scene.name = "without shadows".to_owned();
+    let mut built =
+        app::pipeline(&scene, &Settings { shadows: false, on_demand: false, ..settings }).expect("a small scene");
+    let (frame, refined) = pipeline.picture(0).expect("a picture");
+    assert_eq!((frame, refined.to_rgba8()), (18, picture(&mut built)));
+}

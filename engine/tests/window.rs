@@ -64,14 +64,28 @@ impl Session {
     /// Gives the window the keyboard, and waits until it hears it.
     fn focus(&self) {
         self.xdotool(&format!("windowfocus --sync {}", self.window));
-        // While the first keys of a virtual keyboard make it known to all, one may be missed. This one shows the help, and hides it.
-        let lines = || self.said.lock().unwrap().len();
-        let before = lines();
-        wait("help", || {
-            self.xdotool("key h");
-            lines() > before
+        // While the first keys of a virtual keyboard make it known to all, one may be missed. This one asks what is under the mouse.
+        let before = self.said.lock().unwrap().len();
+        wait("answer", || {
+            self.xdotool("key x");
+            self.said.lock().unwrap().len() > before
         });
-        self.xdotool("key h");
+        self.dismiss();
+    }
+
+    /// Any key ends messages over the picture.
+    fn dismiss(&self) {
+        self.xdotool("key shift");
+    }
+
+    /// Waits until something was said that contains a text; the last such line.
+    fn heard(&self, text: &str) -> String {
+        let mut found = None;
+        wait(text, || {
+            found = self.said.lock().unwrap().iter().rev().find(|line| line.contains(text)).cloned();
+            found.is_some()
+        });
+        found.unwrap()
     }
 
     /// The same with a scene of the options.
@@ -95,7 +109,9 @@ impl Session {
             let plane = (0..729).map(|i| if i / 81 > 2 * step { 200 } else { 20_u8 });
             folder.write(&format!("time{step}.nrrd"), header.bytes().chain(plane).collect::<Vec<u8>>());
         }
-        let mut command = folder.mobula(&[&["view"], options].concat());
+        // One sample, unless a test is about more: then the picture stays as it is.
+        let usual: &[&str] = if options.contains(&"--samples") { &[] } else { &["--samples", "1"] };
+        let mut command = folder.mobula(&[&["view"], options, usual].concat());
         let mut viewer = Owned(command.env("DISPLAY", &display).stderr(Stdio::piped()).spawn().unwrap());
         let said = Arc::<Mutex<Vec<String>>>::default();
         let (listener, lines) = (Arc::clone(&said), BufReader::new(viewer.0.stderr.take().unwrap()).lines());
@@ -157,6 +173,7 @@ impl Session {
         let read = |name: &str| fs::read(self.folder.0.join(name)).unwrap();
         assert!(read(&name) == read("again.png"), "{name} is not what {options} renders");
         let picture = support::picture(&self.folder.0.join(&name));
+        self.dismiss();
         wait(&format!("{name} in the window"), || self.pixels().is_none_or(|pixels| pixels == picture));
         picture
     }
@@ -171,6 +188,7 @@ impl Session {
         });
         let done = self.folder.run(&["render", &name, "-o", "again.png", "--threads", "2"]);
         let text = fs::read_to_string(self.folder.0.join(&name)).unwrap();
+        self.dismiss();
         assert_eq!(done.code, Some(0), "{text}{done:?}");
         let read = |name: &str| fs::read(self.folder.0.join(name)).unwrap();
         let picture = format!("mobula-{screenshot:04}.png");
@@ -221,11 +239,14 @@ fn keys_mouse_size_and_screenshots() {
     assert_eq!(done.code, Some(0), "{done:?}");
     let read = |name: &str| fs::read(session.folder.0.join(name)).unwrap();
     assert!(read("mobula-0001.png") == read("same.png"), "the screenshot differs from the rendered file");
-    // Help is laid over the picture, and is gone again.
+    // Help is laid over the picture, page after page, and is gone again.
     session.xdotool("key h");
     wait("help over the picture", || session.pixels().is_none_or(|pixels| pixels != first));
-    session.xdotool("key h");
-    wait("the picture alone", || session.pixels().is_none_or(|pixels| pixels == first));
+    wait("the picture alone", || {
+        session.xdotool("key h");
+        std::thread::sleep(Duration::from_millis(200));
+        session.pixels().is_none_or(|pixels| pixels == first)
+    });
 
     session.xdotool("mousemove 100 100 mousedown 1 mousemove --sync 160 130 mouseup 1");
     let turned = session.screenshot(2);
@@ -250,6 +271,8 @@ fn keys_mouse_size_and_screenshots() {
     session.wait_title("| ao,");
     session.xdotool("key a");
     session.wait_title("sobol");
+    session.xdotool("key a");
+    session.wait_title("single");
     session.xdotool(&format!("windowsize {} 200 150", session.window));
     session.wait_title("200x150");
     let small = session.screenshot(7);
@@ -416,6 +439,222 @@ fn scene_files_are_shown_and_saved() {
     session.xdotool("key space");
     session.wait_title(", step 2 of 3");
     wait("rest", || !session.title().contains(" a second"));
+    session.xdotool("key Escape");
+    assert_eq!(session.end(), Some(0));
+}
+
+/// While nothing moves the picture gets as many samples as it may, and is then that of the command without a window.
+#[test]
+fn still_pictures_are_refined() {
+    let Some((_server, name)) = display() else { return };
+    let options = ["--size", "160x120", "--samples", "37", "--ao=2", "--threads", "2"];
+    let mut session = Session::start(name, "refined", &options);
+    session.wait_title("a pyramid's | 160x120 |");
+    session.focus();
+    session.wait_title(", sobol:37,");
+    let first = session.screenshot(1);
+    let line = session.heard("wrote mobula-0001.png");
+    assert!(line.contains(" --sampler sobol:37 "), "{line}");
+    let text = session.save(1, 1);
+    assert!(text.contains("sampler = \"sobol:37\""), "{text}");
+    session.xdotool("mousemove 60 60 mousedown 1 mousemove --sync 100 40");
+    session.wait_title(", single,");
+    session.screenshot(2);
+    // While the mouse holds it, it stays as it is.
+    std::thread::sleep(Duration::from_millis(300));
+    session.screenshot(3);
+    assert!(session.heard("wrote mobula-0003.png").contains(" --sampler single "));
+    session.xdotool("mouseup 1");
+    session.wait_title(", sobol:37,");
+    assert!(session.screenshot(4) != first, "dragging turned nothing");
+    // Whatever has been taken of the samples has a name too.
+    for number in 5..8 {
+        session.xdotool("key s");
+        session.xdotool("key p");
+        session.heard(&format!("wrote mobula-{number:04}.png"));
+    }
+    session.xdotool("key Escape");
+    assert_eq!(session.end(), Some(0));
+}
+
+#[test]
+fn views_are_chosen_by_keys_and_places_by_clicks() {
+    let Some((_server, name)) = display() else { return };
+    let mut session = Session::start(name, "views", &["--size", "320x240"]);
+    session.wait_title("a pyramid's | 320x240 |");
+    session.focus();
+    let first = session.screenshot(1);
+    // A click tells what is there, a double click brings it into the middle.
+    session.xdotool("mousemove --sync 160 120 click 1");
+    let line = session.heard("triangle ");
+    assert!(line.contains(", material ") && line.contains(" away"), "{line}");
+    std::thread::sleep(Duration::from_millis(500));
+    session.xdotool("mousemove --sync 3 3 click 1");
+    session.heard("nothing is there");
+    std::thread::sleep(Duration::from_millis(500));
+    session.xdotool("mousemove --sync 180 140 click 1 click 1");
+    session.dismiss();
+    wait("another view", || session.pixels().is_none_or(|pixels| pixels != first));
+    assert!(session.screenshot(2) != first, "a double click moves nothing");
+    session.xdotool("key Home");
+    assert!(session.screenshot(3) == first, "Home does not lead back");
+    // From above, kept, from the front, and brought back.
+    session.xdotool("key 5");
+    wait("another view", || session.pixels().is_none_or(|pixels| pixels != first));
+    let top = session.screenshot(4);
+    session.xdotool("key ctrl+8");
+    session.xdotool("key 1");
+    let front = session.screenshot(5);
+    session.xdotool("key 8");
+    assert!(front != top && session.screenshot(6) == top, "the view that was kept does not come back");
+    session.xdotool("key f");
+    session.screenshot(7);
+    session.xdotool("key u");
+    std::thread::sleep(Duration::from_millis(500));
+    session.xdotool("key u");
+    assert!(session.screenshot(8) != top, "the turntable turns nothing");
+    let before = session.screenshot(9);
+    session.xdotool("key g keydown w");
+    std::thread::sleep(Duration::from_millis(300));
+    session.xdotool("keyup w");
+    assert!(session.screenshot(10) != before, "w does not fly");
+    // The first ends the flight.
+    session.xdotool("key Escape");
+    session.xdotool("key i");
+    wait("the status", || session.pixels().is_none_or(|pixels| pixels != before));
+    session.xdotool("key Escape");
+    assert_eq!(session.end(), Some(0));
+}
+
+#[test]
+fn files_that_change_are_loaded_again() {
+    let Some((_server, name)) = display() else { return };
+    let mut session = Session::start(name, "reload", &["--size", "160x120"]);
+    session.wait_title("a pyramid's | 160x120 |");
+    session.focus();
+    let first = session.screenshot(1);
+    session.xdotool("mousemove 60 60 mousedown 1 mousemove --sync 100 40 mouseup 1");
+    let turned = session.screenshot(2);
+    assert!(turned != first);
+    // What cannot be read changes nothing but what is said.
+    session.folder.write("a pyramid's.obj", "v 0 0\nf 1 2 3\n");
+    session.heard("warning: a pyramid's.obj");
+    session.dismiss();
+    wait("the old scene", || session.pixels().is_none_or(|pixels| pixels == turned));
+    session.folder.write("a pyramid's.obj", PYRAMID);
+    wait("the scene again", || {
+        session.said.lock().unwrap().iter().filter(|line| line.contains("loaded in")).count() > 1
+    });
+    session.wait_title("a pyramid's | 160x120 |");
+    session.focus();
+    assert!(session.screenshot(3) == turned, "the view is not kept");
+    session.xdotool("key F5");
+    wait("the scene again", || {
+        session.said.lock().unwrap().iter().filter(|line| line.contains("loaded in")).count() > 2
+    });
+    session.xdotool("key Escape");
+    // While it is loaded, the first cancels.
+    let mut ended = None;
+    wait("end", || {
+        session.xdotool("key Escape");
+        ended = session.viewer.0.try_wait().unwrap();
+        ended.is_some()
+    });
+    assert_eq!(ended.unwrap().code(), Some(0), "{:?}", session.said.lock().unwrap());
+}
+
+/// What cannot be loaded ends the viewer as it ends other commands.
+#[test]
+fn a_scene_that_cannot_be_loaded_ends_the_viewer() {
+    let Some((_server, name)) = display() else { return };
+    let folder = Folder::new("broken");
+    folder.write("broken.obj", "v 0 0\nf 1 2 3\n");
+    for (scene, status) in [("broken.obj", 1), ("missing.obj", 1), ("gen:nothing", 2)] {
+        let mut command = folder.mobula(&["view", scene]);
+        let output = command.env("DISPLAY", &name).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(status), "{said}");
+        assert!(said.lines().last().unwrap().starts_with("mobula: error: ") && said.contains(scene), "{said}");
+    }
+}
+
+/// Drags a file from a window of another client onto a window, and drops it there: the XDND protocol, version 5.
+fn drop_file(display: &str, window: u32, file: &std::path::Path) {
+    use x11rb::connection::Connection as _;
+    use x11rb::protocol::Event;
+    use x11rb::protocol::xproto::{
+        ClientMessageEvent, ConnectionExt as _, CreateWindowAux, EventMask, PropMode, SELECTION_NOTIFY_EVENT,
+        SelectionNotifyEvent, WindowClass,
+    };
+    use x11rb::wrapper::ConnectionExt as _;
+
+    let (client, screen) = x11rb::connect(Some(display)).unwrap();
+    let atom = |name: &str| client.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
+    let root = client.setup().roots[screen].root;
+    let source = client.generate_id().unwrap();
+    let nothing = CreateWindowAux::new();
+    client.create_window(0, source, root, 0, 0, 1, 1, 0, WindowClass::INPUT_ONLY, 0, &nothing).unwrap();
+    let (selection, list, status) = (atom("XdndSelection"), atom("text/uri-list"), atom("XdndStatus"));
+    client.set_selection_owner(source, selection, 0_u32).unwrap();
+    let send = |kind: &str, data: [u32; 5]| {
+        let event = ClientMessageEvent::new(32, window, atom(kind), data);
+        client.send_event(false, window, EventMask::NO_EVENT, event).unwrap();
+        client.flush().unwrap();
+    };
+    send("XdndEnter", [source, 5 << 24, list, 0, 0]);
+    send("XdndPosition", [source, 0, 50 << 16 | 50, 0, atom("XdndActionCopy")]);
+    let (mut accepted, mut handed) = (false, false);
+    wait("a drop that is accepted", || {
+        while let Some(event) = client.poll_for_event().unwrap() {
+            match event {
+                Event::ClientMessage(message) if message.type_ == status => accepted = true,
+                Event::SelectionRequest(request) => {
+                    let text = format!("file://{}\r\n", file.display());
+                    let property = if request.property == 0 { request.target } else { request.property };
+                    let (requestor, target) = (request.requestor, request.target);
+                    client.change_property8(PropMode::REPLACE, requestor, property, target, text.as_bytes()).unwrap();
+                    let notify = SelectionNotifyEvent {
+                        response_type: SELECTION_NOTIFY_EVENT,
+                        sequence: 0,
+                        time: request.time,
+                        requestor,
+                        selection: request.selection,
+                        target,
+                        property,
+                    };
+                    client.send_event(false, requestor, EventMask::NO_EVENT, notify).unwrap();
+                    client.flush().unwrap();
+                    handed = true;
+                }
+                _ => {}
+            }
+        }
+        accepted && handed
+    });
+    send("XdndDrop", [source, 0, 0, 0, 0]);
+    std::thread::sleep(Duration::from_millis(300));
+}
+
+#[test]
+fn files_that_are_dropped_on_the_window_take_the_place_of_the_scene() {
+    let Some((_server, name)) = display() else { return };
+    let mut session = Session::start(name, "drop", &["--size", "160x120"]);
+    session.wait_title("a pyramid's | 160x120 |");
+    session.focus();
+    let first = session.screenshot(1);
+    let window = session.window.parse().unwrap();
+    let folder = session.folder.0.canonicalize().unwrap();
+    // What cannot be loaded changes nothing.
+    session.folder.write("broken.obj", "v 0 0\nf 1 2 3\n");
+    drop_file(&session.display, window, &folder.join("broken.obj"));
+    session.heard("broken.obj");
+    session.focus();
+    assert!(session.screenshot(2) == first, "the old scene is gone");
+    drop_file(&session.display, window, &folder.join("ball.nrrd"));
+    session.wait_title("ball | 160x120 |");
+    session.focus();
+    assert!(session.screenshot(3) != first);
+    assert!(session.heard("wrote mobula-0003.png").contains("ball.nrrd"));
     session.xdotool("key Escape");
     assert_eq!(session.end(), Some(0));
 }

@@ -34,6 +34,8 @@ pub struct Components {
     pub renderer: Arc<dyn Renderer>,
     /// How what arrives is shown.
     pub tone: Tone,
+    /// Of how many frames samplers go on with the samples; 0: with none.
+    pub frame: u32,
 }
 
 impl Components {
@@ -57,6 +59,7 @@ impl Components {
             sampler: SamplerKind::default().build(),
             renderer: RendererKind::Raytracer.build(),
             tone: Tone::default(),
+            frame: 0,
         }
     }
 
@@ -95,12 +98,22 @@ impl Components {
 
     /// Renders a fragment, counting its rays.
     pub fn render(&self, fragment: Fragment, out: &FrameBuffer, statistics: &Statistics) {
+        self.render_with(&*self.sampler, fragment, out, statistics);
+    }
+
+    /// As [`render`](Self::render), with a pixel sampler that is not that of the stack.
+    pub(super) fn render_with(
+        &self,
+        sampler: &dyn PixelSampler,
+        fragment: Fragment,
+        out: &FrameBuffer,
+        statistics: &Statistics,
+    ) {
         let Some(camera) = self.cameras.get(fragment.channel).or(self.cameras.last()) else { return };
         let renderer = &Named(&*self.renderer);
-        let Self { token, width, scene, tone, .. } = self;
-        let context =
-            Context { token: *token, width: width.rays(), scene, renderer, statistics, tone: *tone, frame: 0 };
-        scope("pixel sampler", || self.sampler.render_fragment(&context, &Named(&**camera), fragment, out));
+        let &Self { token, width, ref scene, tone, frame, .. } = self;
+        let context = Context { token, width: width.rays(), scene, renderer, statistics, tone, frame };
+        scope("pixel sampler", || sampler.render_fragment(&context, &Named(&**camera), fragment, out));
     }
 }
 

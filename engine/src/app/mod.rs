@@ -34,6 +34,8 @@
 
 mod components;
 mod particles;
+mod pick;
+mod refinement;
 mod settings;
 mod state;
 mod streamer;
@@ -41,6 +43,8 @@ mod volumes;
 
 pub use components::Components;
 pub use particles::{ShownAttribute, ShownParticles};
+pub use pick::Picked;
+pub use refinement::ShownSamples;
 pub use settings::{AppError, Settings, pipeline, pipeline_with_geometry};
 pub use state::{Chosen, RayCounts, RenderFrames, State};
 pub use streamer::Streamer;

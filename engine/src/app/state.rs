@@ -5,6 +5,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use mobula_core::traverse::Paths;
 
 use super::Components;
+use super::refinement::{Refinement, ShownSamples};
+use crate::balance::BalancerKind;
 use crate::camera::{CameraKind, View};
 use crate::pipeline::fault::scope;
 use crate::pipeline::{Balance, Frame, Plan, Stage};
@@ -13,7 +15,7 @@ use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
 use crate::stack::{Occlusion, Statistics};
 use crate::tone::Tone;
-use crate::traverse::{ImageTraverser, traverse_frame};
+use crate::traverse::{ImageTraverser, TileSize, TraverserKind, traverse_frame};
 
 /// Everything that may change between frames. Changes go through [`Handle::send`](crate::pipeline::Handle::send).
 pub struct State {
@@ -25,6 +27,7 @@ pub struct State {
     pub progress: Progress,
     chosen: Chosen,
     rays: Mutex<RayCounts>,
+    refinement: Option<Refinement>,
 }
 
 /// What was chosen by name: viewers show it, and change it with [`State::choose`].
@@ -46,15 +49,11 @@ pub struct Chosen {
     pub tone: Tone,
 }
 
-/// Rays that look for what keeps ambient light away from the hits of a pixel, where its samples are fewer: of that many the noise is hardly
-/// seen. And of one sample, which has to be quick.
-const OCCLUSION_RAYS: [u32; 2] = [64, 8];
-
 impl Chosen {
+    /// As many rays for each sample, however many there are: `n` samples of more are those of `n`.
     fn occlusion(&self) -> Option<Occlusion> {
-        let rays = (OCCLUSION_RAYS[0] / self.sampler.samples()).clamp(1, OCCLUSION_RAYS[1]);
         let distance = self.occlusion.or((self.renderer == RendererKind::AmbientOcclusion).then_some(f32::INFINITY));
-        distance.map(|distance| Occlusion { rays, distance })
+        distance.map(|distance| Occlusion { distance, ..Occlusion::default() })
     }
 }
 
@@ -87,7 +86,7 @@ impl State {
         stack.scene.shadows = chosen.shadows;
         stack.scene.occlusion = chosen.occlusion();
         stack.tone = chosen.tone;
-        Self { stack, traverser, progress: Progress::default(), chosen, rays: Mutex::default() }
+        Self { stack, traverser, progress: Progress::default(), chosen, rays: Mutex::default(), refinement: None }
     }
 
     /// What is rendered, and how, as far as it was chosen by name: components that were put into the stack directly are not known.
@@ -116,6 +115,24 @@ impl State {
         if before.occlusion() != chosen.occlusion() {
             self.stack.scene.occlusion = chosen.occlusion();
         }
+    }
+
+    /// From now on, pictures of one channel begin with one sample a pixel after each change and get one more with each frame, until there are
+    /// as many as the chosen sampler takes.
+    pub fn refine(&mut self, balancer: BalancerKind) {
+        self.refinement = Some(Refinement::new(TraverserKind::Tiled.build(TileSize::default(), balancer)));
+    }
+
+    /// While held, pictures are not refined: somebody moves the view, and wants the next picture soon.
+    pub fn hold(&mut self, held: bool) {
+        if let Some(refinement) = &mut self.refinement {
+            refinement.hold(held);
+        }
+    }
+
+    /// How many samples the last pictures have, if they are refined.
+    pub fn shown_samples(&self) -> Option<&ShownSamples> {
+        self.refinement.as_ref().map(Refinement::shown)
     }
 
     /// Rays traced since the beginning.
@@ -156,16 +173,31 @@ impl Stage<State> for RenderFrames {
     }
 
     fn begin(&mut self, state: &mut State, plan: &Plan<'_>) {
+        if let Some(refinement) = &mut state.refinement {
+            let sample = refinement.begin(plan, state.chosen.sampler);
+            state.stack.frame = sample.unwrap_or(0);
+            if sample.is_some() {
+                return;
+            }
+        }
         let traverser = &mut state.traverser;
         scope(traverser.name(), || traverser.begin(plan.sizes, plan.threads, plan.changed));
     }
 
     fn run(&self, frame: &Frame<'_, State>) {
         let statistics = Statistics::default();
-        traverse_frame(frame, &*frame.state.traverser, &|frame, fragment, out| {
-            frame.state.stack.render(*fragment, out, &statistics);
-            frame.state.progress.advance(fragment.pixels() as u64);
-        });
+        match &frame.state.refinement {
+            Some(refinement) => {
+                let State { stack, traverser, progress, .. } = frame.state;
+                refinement.run(frame, stack, &**traverser, progress, &statistics);
+            }
+            None => {
+                traverse_frame(frame, &*frame.state.traverser, &|frame, fragment, out| {
+                    frame.state.stack.render(*fragment, out, &statistics);
+                    frame.state.progress.advance(fragment.pixels() as u64);
+                });
+            }
+        }
         // Once a thread and frame: the lock is short.
         frame.state.count(&statistics);
     }

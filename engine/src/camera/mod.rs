@@ -11,4 +11,4 @@ pub use orthographic::Orthographic;
 pub use pinhole::Pinhole;
 
 pub use crate::stack::Camera;
-pub use crate::view::{Up, View};
+pub use crate::view::{Side, Up, View};

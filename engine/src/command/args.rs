@@ -122,11 +122,11 @@ pub(crate) struct SceneOptions {
     )]
     pub(crate) renderer: Option<RendererKind>,
 
-    /// Samples per pixel; powers of two are spread best [default: 16 for pictures in files, else 1]
+    /// Samples per pixel; powers of two are spread best [default: 16 for pictures in files, up to 1024 in windows, else 1]
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
     pub(crate) samples: Option<SamplerKind>,
 
-    /// Pixel sampler: single, or sobol:N for N samples per pixel [default: sobol:16 for pictures in files, else single]
+    /// Pixel sampler: single, or sobol:N for N samples per pixel [default: sobol:16 for pictures in files, sobol:1024 in windows, else single]
     #[arg(long, value_name = "NAME")]
     pub(crate) sampler: Option<SamplerKind>,
 
@@ -356,7 +356,7 @@ fn scenes_help() -> String {
 
 #[cfg(feature = "window")]
 fn keys_help() -> String {
-    format!("In the window:\n{}", mobula::display::window::HELP)
+    format!("In the window:\n{}", mobula::display::window::help())
 }
 
 /// How names of files end that can be loaded.

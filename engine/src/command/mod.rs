@@ -27,6 +27,8 @@ mod volumes;
 
 use std::fmt::Display;
 use std::io::{self, Write};
+#[cfg(feature = "window")]
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -217,6 +219,10 @@ struct ForWindow {
     saved: Option<SavedScene>,
     /// How time goes on.
     time: Option<Time>,
+    /// Has nobody said where to look from?
+    automatic: bool,
+    /// The files that it comes from.
+    files: Vec<PathBuf>,
 }
 
 /// Does what the options say: chooses the level, says so, loads the scenes, builds the pipeline. `sampler` is for those who do
@@ -240,7 +246,9 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     // Options win over what scene files say.
     let said = scene.rendering.clone();
     let usual = Settings::default();
-    let of_pixels = options.samples.or(options.sampler).or(said.sampler).unwrap_or(sampler);
+    // A window refines its pictures however many samples a file has.
+    let filed = said.sampler.map(|said| if on_demand { sampler.filtered_as(said) } else { said });
+    let of_pixels = options.samples.or(options.sampler).or(filed).unwrap_or(sampler);
     let mut settings = Settings {
         token,
         packet,
@@ -299,6 +307,8 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     let state = pipeline.state();
     told_of_what_is_far(&state.stack.scene);
     let mut chosen = *state.chosen();
+    #[cfg(feature = "window")]
+    let usual_view = (scene.view.is_none(), chosen.view);
     // Where the command line says which axis is up, it is that of the view too.
     let up = said.up.filter(|_| options.up.0.is_none());
     chosen.view = Rendering { up, ..said }.view(chosen.view);
@@ -313,10 +323,13 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     state.choose(chosen);
     settings.view = Some(chosen.view);
     #[cfg(feature = "window")]
+    let automatic = usual_view == (true, chosen.view);
+    #[cfg(feature = "window")]
     let window = {
         let options = saved::options(options, particles, &scene, &state.stack.scene, &place);
         let saved = if on_demand { saved::scene(&options, &scene, of_file, place) } else { None };
-        ForWindow { options, place, of_file, saved, time: said.time }
+        let files = view::files(&options.scenes, &scene.objects);
+        ForWindow { options, place, of_file, saved, time: said.time, automatic, files }
     };
     Ok(Prepared {
         pipeline,

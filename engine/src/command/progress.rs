@@ -2,6 +2,7 @@
 
 use std::io::{self, IsTerminal};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
 use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
@@ -14,8 +15,25 @@ use super::quiet;
 const PATIENCE: Duration = Duration::from_millis(400);
 const INTERVAL: Duration = Duration::from_millis(100);
 
+/// What is being done, for windows.
+static WATCHED: Mutex<Option<(String, Progress)>> = Mutex::new(None);
+
+/// What is being done, and which part of it is done, if anybody knows.
+#[cfg(feature = "window")]
+pub(crate) fn watched() -> Option<(String, Option<f64>)> {
+    let watched = WATCHED.lock().unwrap_or_else(PoisonError::into_inner);
+    watched.as_ref().map(|(what, progress)| (what.clone(), progress.share()))
+}
+
 /// Does some work; meanwhile terminals show what it is, the part that is done and how long the rest will take.
 pub(crate) fn watch<R>(what: &str, progress: &Progress, work: impl FnOnce() -> R) -> R {
+    *WATCHED.lock().unwrap_or_else(PoisonError::into_inner) = Some((what.to_owned(), progress.clone()));
+    let result = watch_on_terminal(what, progress, work);
+    *WATCHED.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    result
+}
+
+fn watch_on_terminal<R>(what: &str, progress: &Progress, work: impl FnOnce() -> R) -> R {
     if quiet() || !io::stderr().is_terminal() {
         return work();
     }

@@ -11,6 +11,6 @@ pub mod stereo;
 pub mod window;
 
 pub use legend::legend;
-pub use sheet::Sheet;
+pub use sheet::{Corner, Sheet};
 
 pub use crate::pipeline::{Display, NullDisplay, Picture, Shown};

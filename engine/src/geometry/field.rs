@@ -62,6 +62,32 @@ impl Field {
         self.grid.place().corners(self.grid.dims()).map(|corner| corner.as_vec3())
     }
 
+    /// Calls `visit` with the corners of all bricks that may have one of these values, in the samples' own numbers, between their samples.
+    pub fn visit_bricks(&self, values: &[f32], visit: &mut dyn FnMut(Vec3)) {
+        let (layout, place) = (&self.layout, self.grid.place());
+        if layout.levels()[0] == [0; 3] {
+            return;
+        }
+        let mut nodes = vec![(layout.levels().len() - 1, [0; 3])];
+        while let Some((level, at)) = nodes.pop() {
+            let Some(below) = level.checked_sub(1) else {
+                for corner in 0..8_usize {
+                    let cell = |axis: usize| {
+                        let first = (at[axis] + (corner >> axis & 1)) * CELLS[axis];
+                        first.min(layout.cells(axis)) as f64
+                    };
+                    let [x, y, z] = [0, 1, 2].map(|axis| place.axes[axis] * cell(axis));
+                    visit((place.origin + x + y + z).as_vec3());
+                }
+                continue;
+            };
+            let [low, high] = self.ranges.of_children(layout, below, at);
+            let passed = |slot: &usize| values.iter().any(|&value| low[*slot] < value && value <= high[*slot]);
+            let child = |slot: usize| (below, [0, 1, 2].map(|axis| 2 * at[axis] + (slot >> axis & 1)));
+            nodes.extend((0..8).filter(passed).map(child));
+        }
+    }
+
     /// Where a point of space is, in cells.
     #[inline(always)]
     pub fn cells_of(&self, point: Vec3) -> DVec3 {
@@ -144,5 +170,33 @@ impl core::Field for Field {
         with_voxels!(self.grid.voxels(), |voxels| {
             if gradients { out.load_with_gradients(voxels, dims, at) } else { out.load(voxels, dims, at) }
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::GridPlace;
+
+    #[test]
+    fn bricks_with_a_value_are_found() {
+        // A ball of radius 3 around (30, 10, 10).
+        let samples: Vec<u8> = (0..40 * 20 * 20)
+            .map(|i: i32| {
+                let [x, y, z] = [i % 40 - 30, i / 40 % 20 - 10, i / 800 - 10];
+                if x * x + y * y + z * z <= 9 { 100 } else { 0 }
+            })
+            .collect();
+        let place = GridPlace { origin: DVec3::splat(100.0), ..GridPlace::with_spacing([2.0, 1.0, 1.0]) };
+        let field = Field::new(Arc::new(Grid::new([40, 20, 20], samples.into(), place, [1.0, 0.0]).unwrap())).unwrap();
+        let bounds = |values: &[f32]| {
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            field.visit_bricks(values, &mut |point| (low, high) = (low.min(point), high.max(point)));
+            (low - 100.0, high - 100.0)
+        };
+        let (low, high) = bounds(&[50.0]);
+        assert!(low.cmple(Vec3::new(54.0, 7.0, 7.0)).all() && low.cmpge(Vec3::new(32.0, 3.0, 3.0)).all(), "{low}");
+        assert!(high.cmpge(Vec3::new(66.0, 13.0, 13.0)).all() && high.x <= 78.0, "{high}");
+        assert!(bounds(&[200.0]).0.x > bounds(&[200.0]).1.x, "no such value");
     }
 }

@@ -65,6 +65,11 @@ impl IsoSurfaces {
         self.values.iter().all(|value| value.is_finite())
     }
 
+    /// The values in the samples' own numbers.
+    fn voxels(&self) -> Vec<f32> {
+        self.values.iter().map(|value| self.field().grid().voxel_of(*value) as f32 + 0.0).collect()
+    }
+
     /// What finds the hits.
     fn finder(&self) -> Finder {
         let to_cells = self.field().to_cells();
@@ -73,12 +78,7 @@ impl IsoSurfaces {
             [row.x, row.y, row.z, to_cells.translation[axis]]
         };
         let cuts = self.cuts.iter().map(|&[a, b, c, d]| [a, b, c, -d]).collect();
-        let voxel = |value: &f64| self.field().grid().voxel_of(*value) as f32 + 0.0;
-        Finder {
-            field: self.field().clone(),
-            values: self.values.iter().map(voxel).collect(),
-            local: Local::new([row(0), row(1), row(2)], cuts),
-        }
+        Finder { field: self.field().clone(), values: self.voxels(), local: Local::new([row(0), row(1), row(2)], cuts) }
     }
 
     /// Normals point to where values are less.
@@ -116,8 +116,16 @@ impl Geometry for IsoSurfaces {
         census
     }
 
+    /// Corners of the bricks that surfaces pass through: most of a volume may be empty.
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        self.field().corners().into_iter().for_each(visit);
+        let mut any = false;
+        self.field().visit_bricks(&self.voxels(), &mut |point| {
+            any = true;
+            visit(point);
+        });
+        if !any {
+            self.field().corners().into_iter().for_each(visit);
+        }
     }
 
     fn materials(&self, primitives: &[u32], out: &mut [u32]) -> Option<u32> {

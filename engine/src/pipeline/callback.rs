@@ -283,6 +283,12 @@ impl<S> SafePoint<'_, S> {
         self.requests.changed = true;
     }
 
+    /// Renders another frame even if the pipeline only renders on demand and nothing has changed: stages may refine the last one, or keep
+    /// it.
+    pub fn request_frame(&mut self) {
+        self.requests.more = true;
+    }
+
     /// Ends the run before the next frame; frames that were rendered are still displayed.
     pub fn stop(&mut self) {
         self.requests.stop = true;
@@ -337,6 +343,7 @@ impl<S: std::fmt::Debug> std::fmt::Debug for SafePoint<'_, S> {
 /// What was asked of the pipeline at a safe point.
 pub(super) struct Requests<S> {
     pub(super) changed: bool,
+    pub(super) more: bool,
     pub(super) stop: bool,
     pub(super) threads: Option<usize>,
     pub(super) resize: Vec<(usize, Size)>,
@@ -349,6 +356,7 @@ impl<S> Default for Requests<S> {
     fn default() -> Self {
         Self {
             changed: false,
+            more: false,
             stop: false,
             threads: None,
             resize: Vec::new(),

@@ -286,6 +286,7 @@ impl<S: Send + Sync + 'static> Lead<'_, S> {
     fn begin_turn<B: StageBuffer>(&self, shared: &mut Shared<S, B>, leader: &mut Leader<S>) -> Result<Phase, Caught> {
         let stamp = Stamp { number: shared.frame, time: shared.time, changed: leader.requests.changed };
         leader.requests.changed = false;
+        leader.requests.more = false;
         leader.more = false;
         leader.rendering = true;
         leader.frames_left = leader.frames_left.saturating_sub(1);
@@ -349,6 +350,6 @@ fn drain<S, B: StageBuffer>(shared: &Shared<S, B>) -> Phase {
 
 /// Whether a new frame should be rendered, or the run ended.
 fn is_due<S>(leader: &Leader<S>, on_demand: bool) -> bool {
-    let Requests { changed, stop, threads, .. } = &leader.requests;
-    !on_demand || *changed || *stop || threads.is_some() || leader.more || leader.callbacks.animates()
+    let Requests { changed, more, stop, threads, .. } = &leader.requests;
+    !on_demand || *changed || *more || *stop || threads.is_some() || leader.more || leader.callbacks.animates()
 }

@@ -23,6 +23,11 @@ const NAMES: [(&str, Filter); 3] =
     [("box", Filter::Box), ("gaussian", Filter::Gaussian), ("mitchell", Filter::Mitchell)];
 
 impl Filter {
+    /// Do some samples count negatively?
+    pub(super) fn is_ever_negative(self) -> bool {
+        self == Self::Mitchell
+    }
+
     /// Moves samples that are spread evenly over their pixels to where the filter is, and says what each counts: 1, or -1 where the filter
     /// is negative.
     pub(super) fn spread(self, image: &mut [Column<f32>; 2], weights: &mut [f32]) {

@@ -45,11 +45,28 @@ impl SamplerKind {
         }
     }
 
+    /// What renders the same as it does once so many of its samples have been taken; the first one is in the middle of the pixel.
+    pub fn after(self, samples: u32) -> Self {
+        match self {
+            Self::Sobol { samples: all, .. } if samples < all && samples <= 1 => Self::Single,
+            Self::Sobol { samples: all, filter } => Self::Sobol { samples: samples.min(all), filter },
+            Self::Single => self,
+        }
+    }
+
     /// The same with another filter, where there is one.
     pub fn with_filter(self, filter: Filter) -> Self {
         match self {
             Self::Single => self,
             Self::Sobol { samples, .. } => Self::Sobol { samples, filter },
+        }
+    }
+
+    /// The same with the filter of another, where both have one.
+    pub fn filtered_as(self, other: Self) -> Self {
+        match other {
+            Self::Single => self,
+            Self::Sobol { filter, .. } => self.with_filter(filter),
         }
     }
 }
@@ -93,6 +110,14 @@ impl fmt::Display for SamplerKind {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn part_of_the_samples_is_a_sampler_too() {
+        let sampler: SamplerKind = "sobol:16:box".parse().unwrap();
+        let names = [0, 1, 7, 16, 99].map(|samples| sampler.after(samples).to_string());
+        assert_eq!(names, ["single", "single", "sobol:7:box", "sobol:16:box", "sobol:16:box"]);
+        assert_eq!(SamplerKind::Single.after(7), SamplerKind::Single);
+    }
 
     #[test]
     fn names_lead_to_samplers_and_back() {

@@ -1,12 +1,14 @@
 //! Pixel samplers: which rays a pixel gets, and in which packets (paper 5.4).
 
 mod fill;
+mod film;
 mod filter;
 mod kind;
 pub mod morton;
 mod single;
 mod sobol;
 
+pub use film::Film;
 pub use filter::Filter;
 pub use kind::SamplerKind;
 pub use single::SingleSample;

@@ -1,9 +1,11 @@
 //! Several samples a pixel, spread evenly over it and a filter around it.
 
-use glam::Vec3;
+use std::sync::Arc;
+
 use mobula_core::simd::{F32Lanes, Task, Token};
 
 use super::fill::fill;
+use super::film::{Film, Sum};
 use super::filter::Filter;
 use super::morton::for_each_piece;
 use super::pixel_seed;
@@ -17,11 +19,14 @@ use crate::stack::{Camera, Context, Fragment, PixelSampler};
 /// So many samples a pixel, at the points of a sequence of its own for each pixel (Sobol, scrambled), as often where the filter is high
 /// as it is (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006). Where depends on pixel, sample and frame only, and the
 /// samples of a pixel are added in one order, so the picture does not depend on tiles, packet width or threads. Frames go on with the
-/// sequence.
+/// sequence, and may add to what earlier ones have left on a film.
 #[derive(Clone, Debug)]
 pub struct Sobol {
     samples: u32,
     filter: Filter,
+    film: Option<Arc<Film>>,
+    /// Is the mean shown?
+    shows: bool,
 }
 
 impl Sobol {
@@ -30,7 +35,13 @@ impl Sobol {
 
     /// `samples` a pixel, 1 to [`MOST`](Self::MOST), which it is limited to.
     pub fn new(samples: u32, filter: Filter) -> Self {
-        Self { samples: samples.clamp(1, Self::MOST), filter }
+        Self { samples: samples.clamp(1, Self::MOST), filter, film: None, shows: true }
+    }
+
+    /// One sample a pixel and frame, added to those of the frames before, from frame 0 on. What is shown is the mean of all; or if not
+    /// `shows`, nothing is, and the picture stays as it is. Fragments must have a step of 1.
+    pub fn onto(film: Arc<Film>, shows: bool) -> Self {
+        Self { samples: 1, filter: film.filter(), film: Some(film), shows }
     }
 }
 
@@ -46,7 +57,9 @@ impl PixelSampler for Sobol {
         let weights: &mut Column<f32> = &mut lend(width);
         // As many whole pixels as fit into a packet; where not even one does, one pixel in several packets.
         for_each_piece(fragment, width / samples, |pixels| {
-            let mut sum = Sum::default();
+            let so_far =
+                |pixel: [u32; 2]| self.film.as_ref().map_or(Sum::default(), |film| film.sum(pixel, first_number));
+            let mut sum = so_far(pixels[0]);
             for first in (0..pixels.len() * samples).step_by(width) {
                 let count = width.min(pixels.len() * samples - first);
                 packet.reset(count);
@@ -67,35 +80,17 @@ impl PixelSampler for Sobol {
                     sum.add(vec3(&packet.color, i), weights[i]);
                     if (first + i + 1).is_multiple_of(samples) {
                         let pixel = pixels[(first + i) / samples];
-                        fill(out, &fragment, pixel, to_pixel(context.tone.of(sum.mean())));
-                        sum = Sum::default();
+                        if self.shows {
+                            fill(out, &fragment, pixel, to_pixel(context.tone.of(sum.mean())));
+                        }
+                        if let Some(film) = &self.film {
+                            film.keep(pixel, &sum);
+                        }
+                        sum = pixels.get((first + i) / samples + 1).map_or(Sum::default(), |&next| so_far(next));
                     }
                 }
             }
         });
-    }
-}
-
-/// The samples of a pixel so far.
-#[derive(Default)]
-struct Sum {
-    weighted: Vec3,
-    plain: Vec3,
-    weight: f32,
-    count: f32,
-}
-
-impl Sum {
-    fn add(&mut self, color: Vec3, weight: f32) {
-        self.weighted += color * weight;
-        self.plain += color;
-        self.weight += weight;
-        self.count += 1.0;
-    }
-
-    /// Of a few samples nearly as many may be where a filter is negative as elsewhere: then all count the same.
-    fn mean(&self) -> Vec3 {
-        if self.weight > 0.5 * self.count { self.weighted / self.weight } else { self.plain / self.count }
     }
 }
 
@@ -118,21 +113,5 @@ impl Task for Place<'_> {
             (token.load(x, at) + u).store(x, at);
             (token.load(y, at) + v).store(y, at);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn weights_of_a_pixel_give_a_mean() {
-        let mut sum = Sum::default();
-        sum.add(Vec3::X, 1.0);
-        assert_eq!(sum.mean(), Vec3::X);
-        sum.add(Vec3::Y, -1.0);
-        assert_eq!(sum.mean(), Vec3::new(0.5, 0.5, 0.0), "of weights without a sum");
-        (0..3).for_each(|_| sum.add(Vec3::X, 1.0));
-        assert_eq!(sum.mean(), Vec3::new(4.0, -1.0, 0.0) / 3.0);
     }
 }

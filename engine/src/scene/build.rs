@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::SceneDescription;
 use super::bulk::{SAMPLES, bulk};
+use super::front::quarter_turns;
 use crate::accel::AccelerationKind;
 use crate::geometry::{Geometries, SceneError};
 use crate::light::{Directional, Light, Point};
@@ -36,9 +37,10 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
     };
     let bulk = bulk(some, all, bounds(&geometry, media));
     let up = description.up.unwrap_or_else(|| Up::guess(bulk));
+    let turns = if description.view.is_none() { quarter_turns(&geometry, bulk, up) } else { 0 };
     let default = NamedMaterial { name: "default".to_owned(), material: Arc::new(Lambertian::default()) };
     let lights = match &description.lights[..] {
-        [] => vec![default_light(bulk, up)],
+        [] => vec![default_light(bulk, up, turns)],
         lights => lights.to_vec(),
     };
     Scene {
@@ -51,6 +53,7 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
         shadows: true,
         geometry,
         up,
+        turns,
         view: description.view,
         bulk,
     }
@@ -58,14 +61,14 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
 
 /// The light of a scene that has none: a key light from the upper left of the default view, far enough for even light,
 /// near enough that its shadow rays share an origin.
-fn default_light((low, high): (Vec3, Vec3), up: Up) -> Arc<dyn Light> {
+fn default_light((low, high): (Vec3, Vec3), up: Up, turns: u8) -> Arc<dyn Light> {
     let radius = (high * 0.5 - low * 0.5).length();
     let (middle, radius) = if radius.is_finite() && low.cmple(high).all() {
         (low * 0.5 + high * 0.5, radius.max(f32::MIN_POSITIVE))
     } else {
         (Vec3::ZERO, 1.0)
     };
-    let position = middle + up.from_y_up(Vec3::new(-1.6, 3.4, 3.0)) * radius;
+    let position = middle + up.turned(Vec3::new(-1.6, 3.4, 3.0), turns) * radius;
     if position.is_finite() {
         Arc::new(Point { position, ..Point::KEY })
     } else {

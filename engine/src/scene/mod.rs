@@ -6,6 +6,7 @@
 //! | file | idea |
 //! |---|---|
 //! | `build` | a scene made ready to be rendered |
+//! | `front` | from where it is seen best |
 //! | `bulk` | where most of a scene is |
 //! | `volumes` | surfaces and media are made of volumes |
 //! | `description` | what is in a scene |
@@ -19,6 +20,7 @@
 mod build;
 mod bulk;
 mod description;
+mod front;
 mod particle_look;
 mod particle_notes;
 mod particle_steps;

@@ -53,16 +53,17 @@ impl<F> std::fmt::Debug for RenderStage<F> {
     }
 }
 
-/// One thread's part of a frame: traverses its channels, and asks for another frame if that would refine this one.
+/// One thread's part of a frame: traverses its channels, and asks for another frame if that would refine this one. Returns whether it would.
 pub fn traverse_frame<S>(
     frame: &Frame<'_, S>,
     traverser: &dyn ImageTraverser,
     render: &dyn Fn(&Frame<'_, S>, &Fragment, &FrameBuffer),
-) {
+) -> bool {
     let more = scope(traverser.name(), || traverser.traverse(frame.thread, &Fragments { frame, render }));
     if more {
         frame.request_frame();
     }
+    more
 }
 
 struct Fragments<'a, 'f, S> {

@@ -1,14 +1,14 @@
-//! From a pipeline to a window that shows it.
+//! A window that shows scenes, from its opening to its end.
 
-use std::thread;
+use std::sync::Arc;
 
 use winit::event_loop::EventLoop;
 
-use super::news::{News, Titles, WindowError, without_place};
+use super::loading::Loader;
+use super::news::{News, Ready, WindowError, without_place};
 use super::screen::Screen;
 use super::viewer::Viewer;
-use crate::app::{Settings, State};
-use crate::pipeline::{DisplayStage, Pipeline};
+use crate::image::Size;
 
 /// A connection to the system's display, not yet a window. One process can make one.
 #[derive(Debug)]
@@ -39,37 +39,38 @@ impl Connection {
         Ok(Self { events })
     }
 
-    /// Shows the first channel of a pipeline, made with these settings, until the window is closed or the run ends.
+    /// Shows a scene until the window is closed or the run ends.
     ///
-    /// The pipeline should render on demand. It gets a display stage and a callback.
+    /// The pipeline gets a display stage and a callback, and its pictures are refined while nothing changes, up to the samples of its
+    /// sampler.
     ///
     /// # Errors
     /// If the window cannot be opened, or a component fails.
-    pub fn show(self, mut pipeline: Pipeline<State>, settings: &Settings, titles: &Titles) -> Result<(), WindowError> {
-        let proxy = self.events.create_proxy();
-        let screen = Screen::new(proxy.clone());
-        pipeline.add_stage(DisplayStage::new().with(0, screen.display()));
-        let rays = screen.ray_counter();
-        pipeline.callbacks().serial_pre_render("window statistics", move |point| rays.note(&point.state.rays()));
-        let mut viewer = Viewer::new(titles, screen, settings, &mut pipeline);
+    pub fn show(self, ready: Ready) -> Result<(), WindowError> {
+        let viewer = Viewer::new(Screen::new(self.events.create_proxy()), ready.settings.size, None);
+        self.run(viewer, Some(ready))
+    }
 
-        thread::scope(|scope| {
-            let handle = pipeline.handle();
-            let rendering = thread::Builder::new().spawn_scoped(scope, move || {
-                let result = pipeline.run_until_stopped();
-                // Nobody listens when the window was closed first.
-                let _ = proxy.send_event(News::Ended);
-                result
-            });
-            let rendering =
-                rendering.map_err(|error| WindowError::Open(format!("no thread to render with: {error}")))?;
-            let shown = self.events.run_app(&mut viewer).map_err(|error| WindowError::Open(without_place(&error)));
-            let opened = viewer.finish();
-            // Nobody waits for a frame that nobody will see.
-            handle.halt();
-            let rendered = rendering.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            rendered?;
-            shown.and(opened)
-        })
+    /// Opens a window, loads a scene into it, and shows that until the window is closed; other files that are dropped on it take its place,
+    /// and when its files change it is loaded again. `size` is the window's until the scene says another.
+    ///
+    /// # Errors
+    /// If the window cannot be opened, nothing can be loaded, or a component fails.
+    pub fn load(self, loader: Arc<dyn Loader>, size: Size) -> Result<(), WindowError> {
+        let viewer = Viewer::new(Screen::new(self.events.create_proxy()), size, Some(loader));
+        self.run(viewer, None)
+    }
+
+    fn run(self, mut viewer: Viewer, ready: Option<Ready>) -> Result<(), WindowError> {
+        match ready {
+            Some(ready) => viewer.put(ready, None)?,
+            None => viewer.load_first(),
+        }
+        let shown = self.events.run_app(&mut viewer).map_err(|error| WindowError::Open(without_place(&error)));
+        let ended = viewer.finish();
+        match ended {
+            Err(WindowError::Fault(fault)) => Err(fault.into()),
+            ended => shown.and(ended),
+        }
     }
 }

@@ -30,9 +30,10 @@ impl Drag {
     }
 }
 
-/// The view after turning the wheel, away from the user where `notches` is positive.
-pub(super) fn dolly(view: &View, notches: f32) -> View {
-    view.dolly(NOTCH.powf(notches.clamp(-20.0, 20.0)))
+/// The view after turning the wheel, away from the user where `notches` is positive, with the mouse at a place of the picture as
+/// [`View::dolly_toward`] has it.
+pub(super) fn dolly(view: &View, place: [f32; 2], notches: f32) -> View {
+    view.dolly_toward(place, NOTCH.powf(notches.clamp(-20.0, 20.0)))
 }
 
 #[cfg(test)]
@@ -60,8 +61,8 @@ mod tests {
 
     #[test]
     fn the_wheel_goes_and_comes_back() {
-        let near = dolly(&VIEW, 1.0);
+        let near = dolly(&VIEW, [0.5, 0.2], 1.0);
         assert!(near.distance() < 3.6);
-        assert!((dolly(&near, -1.0).distance() - 4.0).abs() < 1e-4);
+        assert!((dolly(&near, [0.5, 0.2], -1.0).distance() - 4.0).abs() < 1e-4);
     }
 }

@@ -1,9 +1,12 @@
 //! What is told to a window, and what goes wrong with one.
 
 use std::io::{self, Write as _};
+use std::path::PathBuf;
 
+use crate::app::{Picked, Settings, State};
+use crate::camera::View;
 use crate::load::{Place, SavedScene};
-use crate::pipeline::Fault;
+use crate::pipeline::{Fault, Pipeline};
 use crate::scene::Time;
 
 /// What the window says of what it shows.
@@ -29,6 +32,21 @@ pub struct Titles {
     pub saved: Option<SavedScene>,
     /// How time goes on, if the scene says so.
     pub time: Option<Time>,
+    /// Is the view one that was chosen so that all is seen? Then it goes with the window's size until somebody moves it.
+    pub automatic: bool,
+    /// The files that it was loaded from: when these change it is loaded again.
+    pub files: Vec<PathBuf>,
+}
+
+/// A scene that a window can show.
+#[derive(Debug)]
+pub struct Ready {
+    /// Renders on demand, in one channel; without a display.
+    pub pipeline: Pipeline<State>,
+    /// What it was made with.
+    pub settings: Settings,
+    /// What the window says of it.
+    pub titles: Titles,
 }
 
 /// What the event loop is told by other threads.
@@ -38,8 +56,14 @@ pub(super) enum News {
     Picture,
     /// A screenshot was written, or not.
     Screenshot(Result<String, String>),
-    /// The pipeline's run is over.
-    Ended,
+    /// The run of the pipeline of a number is over.
+    Ended(u64),
+    /// A scene was loaded, or not: the number of the request, the files that were dropped for it.
+    Loaded(u64, Vec<PathBuf>, Result<Box<Ready>, String>),
+    /// The pipeline of a number has chosen a view; is it one that goes with the window's size?
+    View(u64, View, bool),
+    /// What is at a place, for the pipeline of a number; should it come into the middle?
+    Picked(u64, Option<Picked>, bool),
 }
 
 /// Why a window did not work.
@@ -48,6 +72,9 @@ pub enum WindowError {
     /// There is no display, or it refuses.
     #[error("{0}")]
     Open(String),
+    /// Nothing could be loaded.
+    #[error("{0}")]
+    Load(String),
     /// Rendering failed.
     #[error(transparent)]
     Fault(#[from] Fault),

@@ -7,15 +7,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use winit::event_loop::EventLoopProxy;
 
 use super::news::News;
-use crate::app::RayCounts;
+use crate::app::{RayCounts, ShownSamples};
 use crate::display::png::write_png;
 use crate::display::sheet::Sheet;
 use crate::pipeline::{Display, Picture, Shown};
+use crate::sampler::SamplerKind;
 
 /// What the window and the pipeline share.
 #[derive(Clone, Debug)]
 pub(super) struct Screen {
     shared: Arc<Mutex<Shared>>,
+    samples: Option<ShownSamples>,
     proxy: EventLoopProxy<News>,
 }
 
@@ -26,29 +28,61 @@ pub(super) struct Shared {
     pub(super) size: [usize; 2],
     /// Pixels as 0x00RRGGBB, row by row from the top.
     pub(super) pixels: Vec<u32>,
+    /// Samples a pixel; 0 while it is not finished.
+    pub(super) samples: u32,
     /// Rays of the frame before.
     pub(super) rays_per_frame: u64,
     rays_before: u64,
     screenshot: Option<Screenshot>,
-    /// What is laid over the picture: help, and what colours mean.
-    pub(super) help: Option<Sheet>,
+    /// What is laid over the picture: what colours mean, and all else, in this order.
     pub(super) legend: Option<Sheet>,
     pub(super) hides_legend: bool,
+    pub(super) sheets: Vec<Sheet>,
 }
 
 /// A screenshot that is wanted.
 #[derive(Debug)]
 pub(super) struct Screenshot {
-    /// Of the first picture from this frame on.
+    /// Of the first picture from this frame on that is finished.
     pub(super) frame: u64,
     pub(super) file: PathBuf,
     /// What makes the same picture, for people.
-    pub(super) same: String,
+    pub(super) same: Same,
+}
+
+/// What makes the same picture: for people, with the sampler between two parts.
+#[derive(Debug)]
+pub(super) struct Same {
+    pub(super) before: String,
+    pub(super) sampler: Option<SamplerKind>,
+    pub(super) behind: String,
+}
+
+impl Same {
+    /// Of a picture with so many samples a pixel.
+    fn of(&self, samples: u32) -> String {
+        let sampler = self.sampler.map(|sampler| sampler.after(samples).to_string()).unwrap_or_default();
+        format!("{}{sampler}{}", self.before, self.behind)
+    }
 }
 
 impl Screen {
     pub(super) fn new(proxy: EventLoopProxy<News>) -> Self {
-        Self { shared: Arc::default(), proxy }
+        Self { shared: Arc::default(), samples: None, proxy }
+    }
+
+    /// The same for another pipeline, of which `samples` knows how many its pictures have, where they are refined.
+    pub(super) fn of_engine(&self, samples: Option<ShownSamples>) -> Self {
+        let mut shared = self.lock();
+        (shared.rays_before, shared.rays_per_frame, shared.screenshot) = (0, 0, None);
+        drop(shared);
+        Self { samples, ..self.clone() }
+    }
+
+    /// Tells the window something.
+    pub(super) fn tell(&self, news: News) {
+        // Nobody listens when the window was closed first.
+        let _ = self.proxy.send_event(news);
     }
 
     /// The picture. Do not hold it for long: the display waits for it.
@@ -77,24 +111,35 @@ impl Shared {
     pub(super) fn fill_row(&self, size: [usize; 2], y: usize, row: &mut [u32]) {
         self.fill_from_picture(size, y, row);
         let legend = self.legend.as_ref().filter(|_| !self.hides_legend);
-        for sheet in [legend, self.help.as_ref()].into_iter().flatten() {
+        for sheet in legend.into_iter().chain(&self.sheets) {
             sheet.cover(size, y, row);
         }
     }
 
-    /// Row `y` of the picture, enlarged or shrunk to a size; black before the first picture.
+    /// Row `y` of the picture in a window of a size: until there is one of that size, the old one in the middle, as large as it fits. Black
+    /// before the first picture.
     fn fill_from_picture(&self, [width, height]: [usize; 2], y: usize, row: &mut [u32]) {
         let [from_width, from_height] = self.size;
         if self.pixels.is_empty() {
             row.fill(0);
             return;
         }
-        let from = &self.pixels[y * from_height / height * from_width..][..from_width];
-        if from_width == width {
-            row.copy_from_slice(from);
-        } else {
-            for (x, pixel) in row.iter_mut().enumerate() {
-                *pixel = from[x * from_width / width];
+        let line = |y: usize| &self.pixels[y * from_width..][..from_width];
+        if self.size == [width, height] {
+            row.copy_from_slice(line(y));
+            return;
+        }
+        let wide = width * from_height <= height * from_width;
+        let [to_width, to_height] = match wide {
+            true => [width, (from_height * width / from_width).max(1)],
+            false => [(from_width * height / from_height).max(1), height],
+        };
+        let (left, above) = ((width - to_width) / 2, (height - to_height) / 2);
+        row.fill(0);
+        if let Some(y) = y.checked_sub(above).filter(|y| *y < to_height) {
+            let from = line(y * from_height / to_height);
+            for (x, pixel) in row[left..][..to_width].iter_mut().enumerate() {
+                *pixel = from[x * from_width / to_width];
             }
         }
     }
@@ -111,7 +156,7 @@ impl RayCounter {
     pub(super) fn note(&self, rays: &RayCounts) {
         let mut shared = self.screen.lock();
         let total = rays.total();
-        shared.rays_per_frame = total - shared.rays_before;
+        shared.rays_per_frame = total.saturating_sub(shared.rays_before);
         shared.rays_before = total;
     }
 }
@@ -136,15 +181,42 @@ impl Display for WindowDisplay {
             let [red, green, blue, _] = pixel.to_le_bytes();
             u32::from_be_bytes([0, red, green, blue])
         }));
-        let wanted = shared.screenshot.take_if(|wanted| picture.frame >= wanted.frame);
+        shared.samples = self.screen.samples.as_ref().map_or(u32::MAX, |samples| samples.of(picture.frame));
+        let samples = shared.samples;
+        let wanted = shared.screenshot.take_if(|wanted| picture.frame >= wanted.frame && samples > 0);
         drop(shared);
         if let Some(Screenshot { file, same, .. }) = wanted {
             let written = write_png(&file, picture.buffer);
-            let told = written.map(|()| format!("{}; {same}", file.display()));
+            let told = written.map(|()| format!("{}; {}", file.display(), same.of(samples)));
             let told = told.map_err(|error| error.to_string());
-            let _ = self.screen.proxy.send_event(News::Screenshot(told));
+            self.screen.tell(News::Screenshot(told));
         }
         let open = self.screen.proxy.send_event(News::Picture).is_ok();
         Ok(if open { Shown::Continue } else { Shown::Detach })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(shared: &Shared, size: [usize; 2]) -> Vec<Vec<u32>> {
+        let row = |y: usize| {
+            let mut row = vec![7; size[0]];
+            shared.fill_row(size, y, &mut row);
+            row
+        };
+        (0..size[1]).map(row).collect()
+    }
+
+    #[test]
+    fn pictures_of_another_size_keep_their_proportions() {
+        let shared = Shared { size: [4, 2], pixels: (1..=8).collect(), ..Shared::default() };
+        assert_eq!(shown(&shared, [4, 2]), [[1, 2, 3, 4], [5, 6, 7, 8]]);
+        assert_eq!(shown(&shared, [4, 6]), [[0; 4], [0; 4], [1, 2, 3, 4], [5, 6, 7, 8], [0; 4], [0; 4]]);
+        assert_eq!(shown(&shared, [8, 2])[1], [0, 0, 5, 6, 7, 8, 0, 0]);
+        assert_eq!(shown(&shared, [2, 3]), [[0, 0], [1, 3], [0, 0]]);
+        assert_eq!(shown(&shared, [1, 1]), [[1]]);
+        assert_eq!(shown(&Shared::default(), [2, 1]), [[0, 0]]);
     }
 }

@@ -1,109 +1,151 @@
 //! The event loop's handler: input becomes transactions, pictures become pixels on the screen.
 
 mod keep;
+mod mouse;
+mod moves;
+mod overlay;
 
+use std::path::PathBuf;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::ModifiersState;
-use winit::window::{Window, WindowId};
+use winit::window::{Fullscreen, Window, WindowId};
 
-use super::keys::{Action, HELP, action};
-use super::navigation::{Drag, dolly};
-use super::news::{News, Titles, WindowError, tell, without_place};
+use super::engine::Engine;
+use super::keys::{Action, action};
+use super::loading::{Loader, Loading};
+use super::navigation::Drag;
+use super::news::{News, Ready, WindowError, tell, without_place};
 use super::open::Open;
-use super::particles::{ParticleControls, legend_of};
 use super::screen::Screen;
-use super::volumes::VolumeControls;
-use crate::app::{Chosen, Settings, State};
-use crate::camera::{Up, View};
-use crate::display::Sheet;
+use super::travel::Travel;
+use crate::camera::View;
 use crate::image::Size;
-use crate::pipeline::{Handle, MAX_THREADS, Pipeline};
-use crate::renderer::RendererKind;
-use crate::sampler::SamplerKind;
-use crate::tone::{Curve, Tone};
 
-/// A third of a stop, as cameras have it.
-const EXPOSURE_STEP: f32 = 1.0 / 3.0;
-/// The title changes no more often.
-const TITLE_INTERVAL: Duration = Duration::from_millis(200);
+/// Files that are dropped together come one by one, within this.
+const TOGETHER: Duration = Duration::from_millis(100);
 
 /// The window and what it knows. The state itself is changed by transactions only.
 pub(super) struct Viewer {
-    titles: Titles,
-    engine: String,
     screen: Screen,
-    handle: Handle<State>,
+    /// The size of pictures.
     size: Size,
-    threads: usize,
-    /// What was asked for, which the state has or is about to have.
-    chosen: Chosen,
-    first_view: View,
-    /// The axis of the scene that points up.
-    axis: Up,
-    volumes: VolumeControls,
-    particles: ParticleControls,
-    antialiased: SamplerKind,
-    /// How far ambient occlusion looks, when it is on.
-    reach: f32,
-    drag: Option<(MouseButton, Drag)>,
+    engine: Option<Engine>,
+    /// The number of the engine that comes next.
+    engines: u64,
+    loading: Loading,
+    /// Files that were dropped on the window, and when the first was.
+    dropped: Option<(Instant, Vec<PathBuf>)>,
+    overlay: Overlay,
+    press: Option<Press>,
+    clicked: Option<(Instant, PhysicalPosition<f64>)>,
     mouse: PhysicalPosition<f64>,
     modifiers: ModifiersState,
+    travel: Travel,
+    kept: [Option<View>; 3],
     screenshots: u32,
-    title_due: Option<Instant>,
-    title_set: Option<Instant>,
     open: Option<Open>,
     problem: Option<WindowError>,
 }
 
+/// A button that is held down.
+struct Press {
+    button: MouseButton,
+    drag: Drag,
+    at: PhysicalPosition<f64>,
+    /// Has it moved farther than a click does?
+    moved: bool,
+}
+
+/// What is laid over the picture.
+#[derive(Default)]
+struct Overlay {
+    /// The page of the help that is shown.
+    help: Option<usize>,
+    status: bool,
+    /// A message, and when it goes.
+    message: Option<(String, Instant)>,
+    /// When all of it was laid out last.
+    laid_out: Option<Instant>,
+    /// When the title was set, and when it is to be set again.
+    set: Option<Instant>,
+    due: Option<Instant>,
+}
+
 impl Viewer {
-    pub(super) fn new(titles: &Titles, screen: Screen, settings: &Settings, pipeline: &mut Pipeline<State>) -> Self {
-        let handle = pipeline.handle();
-        let (size, threads) = (settings.size, settings.threads);
-        let state = pipeline.state();
-        let chosen = *state.chosen();
-        screen.lock().legend = legend_of(state);
-        let (volumes, particles) = (VolumeControls::new(state, titles, &handle), ParticleControls::new(state, titles));
-        let axis = state.stack.scene.up;
-        let engine = format!("{} x {}", state.stack.token.level(), state.stack.width);
-        let antialiased = match chosen.sampler {
-            SamplerKind::Single => SamplerKind::of_samples(9),
-            several => several,
-        };
+    pub(super) fn new(screen: Screen, size: Size, loader: Option<Arc<dyn Loader>>) -> Self {
         Self {
-            titles: titles.clone(),
-            engine,
             screen,
-            handle,
             size,
-            threads,
-            chosen,
-            first_view: chosen.view,
-            axis,
-            volumes,
-            particles,
-            antialiased,
-            reach: chosen.occlusion.unwrap_or(f32::INFINITY),
-            drag: None,
+            engine: None,
+            engines: 0,
+            loading: Loading::new(loader),
+            dropped: None,
+            overlay: Overlay::default(),
+            press: None,
+            clicked: None,
             mouse: PhysicalPosition::default(),
             modifiers: ModifiersState::empty(),
+            travel: Travel::default(),
+            kept: [None; 3],
             screenshots: 0,
-            title_due: None,
-            title_set: None,
             open: None,
             problem: None,
         }
     }
 
-    /// What went wrong with the window.
+    /// Loads the scene that the window was opened for.
+    pub(super) fn load_first(&mut self) {
+        self.loading.begin(Vec::new(), &self.screen);
+    }
+
+    /// Shows a scene, in place of the one before; if that is the same scene, with all that was chosen of it.
+    pub(super) fn put(&mut self, ready: Ready, files: Option<(Vec<PathBuf>, bool)>) -> Result<(), WindowError> {
+        let mut before = None;
+        if let Some(engine) = self.engine.take() {
+            let again = files.as_ref().is_some_and(|(_, again)| *again);
+            before = again.then_some((engine.chosen, engine.first_view));
+            engine.stop()?;
+        } else if let (Some(open), true) = (&self.open, ready.settings.size != self.size) {
+            // What the scene says of its size is known now.
+            let size = PhysicalSize::new(ready.settings.size.width() as u32, ready.settings.size.height() as u32);
+            if let Some(given) = open.window.request_inner_size(size) {
+                self.resize(given);
+            }
+        }
+        self.loading.shows(files.map(|(files, _)| files).unwrap_or_default(), &ready.titles.files);
+        self.engines += 1;
+        let chosen = before.map(|(chosen, _)| chosen);
+        let mut engine = Engine::start(ready, self.size, chosen, &self.screen, self.engines)?;
+        if let Some((_, first_view)) = before {
+            engine.first_view = first_view;
+        }
+        self.engine = Some(engine);
+        self.kept = if before.is_some() { self.kept } else { [None; 3] };
+        self.stand_still();
+        self.refit();
+        self.title_soon();
+        Ok(())
+    }
+
+    /// What went wrong with the window, or with rendering.
     pub(super) fn finish(&mut self) -> Result<(), WindowError> {
         self.open = None;
+        if let Some(engine) = self.engine.take() {
+            engine.stop()?;
+        }
         self.problem.take().map_or(Ok(()), Err)
+    }
+
+    fn fail(&mut self, problem: WindowError, events: &ActiveEventLoop) {
+        self.problem = Some(problem);
+        events.exit();
     }
 
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), String> {
@@ -116,106 +158,93 @@ impl Viewer {
         Ok(())
     }
 
-    /// Changes the view, by one transaction.
-    fn look(&mut self, view: View) {
-        if view != self.chosen.view {
-            self.chosen.view = view;
-            self.handle.send("view", move |state| state.choose(Chosen { view, ..*state.chosen() }));
-        }
-    }
-
     fn resize(&mut self, size: PhysicalSize<u32>) {
         // A minimised window has no size; a window larger than any picture may be keeps the last one, enlarged.
         if let Ok(size) = Size::new(size.width as usize, size.height as usize)
             && size != self.size
         {
             self.size = size;
-            self.handle.resize(0, size);
+            if let Some(engine) = &self.engine {
+                engine.handle.resize(0, size);
+            }
+            self.refit();
+            self.lay_out();
         }
     }
 
-    fn show(&mut self, tone: Tone) {
-        self.chosen.tone = tone;
-        self.handle.send("tone", move |state| state.choose(Chosen { tone, ..*state.chosen() }));
+    /// Fits the view to the size of the window, unless somebody has moved it.
+    fn refit(&mut self) {
+        if let Some(engine) = self.engine.as_mut().filter(|engine| engine.automatic) {
+            engine.refit(self.size, &self.screen);
+        }
+    }
+
+    /// Changes the view.
+    fn look(&mut self, view: View) {
+        if let Some(engine) = &mut self.engine {
+            engine.look(view);
+        }
+    }
+
+    fn view(&self) -> Option<View> {
+        self.engine.as_ref().map(|engine| engine.chosen.view)
     }
 
     fn act(&mut self, action: Action, events: &ActiveEventLoop) {
         match action {
-            Action::Shadows => {
-                self.chosen.shadows ^= true;
-                let shadows = self.chosen.shadows;
-                self.handle.send("shadows", move |state| state.choose(Chosen { shadows, ..*state.chosen() }));
-            }
-            Action::Occlusion => {
-                self.chosen.occlusion = if self.chosen.occlusion.is_none() { Some(self.reach) } else { None };
-                let occlusion = self.chosen.occlusion;
-                self.handle.send("occlusion", move |state| state.choose(Chosen { occlusion, ..*state.chosen() }));
-            }
-            Action::Tone => {
-                let at = Curve::ALL.iter().position(|&curve| curve == self.chosen.tone.curve).unwrap_or(0);
-                self.show(Tone { curve: Curve::ALL[(at + 1) % Curve::ALL.len()], ..self.chosen.tone });
-            }
-            Action::Exposure(steps) => {
-                let most = Tone::MOST_EXPOSURE;
-                let exposure = self.chosen.tone.exposure + f32::from(steps) * EXPOSURE_STEP;
-                self.show(Tone { exposure: exposure.clamp(-most, most), ..self.chosen.tone });
-            }
-            Action::Antialiasing => {
-                let single = self.chosen.sampler == SamplerKind::Single;
-                let sampler = if single { self.antialiased } else { SamplerKind::Single };
-                self.chosen.sampler = sampler;
-                self.handle.send("sampler", move |state| state.choose(Chosen { sampler, ..*state.chosen() }));
-            }
-            Action::Renderer => {
-                let all = RendererKind::ALL;
-                let place = all.iter().position(|kind| *kind == self.chosen.renderer).unwrap_or(0);
-                let renderer = all[(place + 1) % all.len()];
-                self.chosen.renderer = renderer;
-                self.handle.send("renderer", move |state| state.choose(Chosen { renderer, ..*state.chosen() }));
-            }
-            Action::MoreThreads => self.set_threads(self.threads + 1),
-            Action::FewerThreads => self.set_threads(self.threads - 1),
-            Action::Iso(steps) => self.volumes.move_iso(steps.into(), &self.handle),
-            Action::Level(steps) => {
-                self.move_window([steps.into(), 0.0]);
-            }
-            Action::Width(steps) => {
-                self.move_window([0.0, steps.into()]);
-            }
-            Action::Transfer => self.volumes.next_transfer(&self.handle),
-            Action::InHand => self.particles.in_hand = !self.particles.in_hand && self.volumes.has_window(),
-            Action::ColorBy => self.particles.next_attribute(&self.handle, &self.screen),
-            Action::Map => self.particles.next_map(&self.handle, &self.screen),
-            Action::Step(by) => self.volumes.move_step(by.into(), &self.handle),
-            Action::Play => self.volumes.play_or_pause(),
-            Action::Faster => self.volumes.speed(2.0),
-            Action::Slower => self.volumes.speed(0.5),
             Action::Screenshot => self.take_screenshot(),
             Action::Save => self.save(),
-            Action::Reset => self.look(self.first_view),
-            Action::Help => self.show_or_hide_help(),
-            Action::Legend => self.show_or_hide_legend(),
+            Action::Help => self.next_help(),
+            Action::Status => self.show_or_hide_status(),
+            Action::Legend => {
+                self.screen.lock().hides_legend ^= true;
+                self.redraw();
+            }
+            Action::Turntable => self.toggle_turntable(),
+            Action::Fly => self.toggle_flight(),
+            Action::Pick => self.pick(self.mouse, false),
+            Action::FullScreen => {
+                if let Some(Open { window, .. }) = &self.open {
+                    let full = window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
+                    window.set_fullscreen(full);
+                }
+            }
+            Action::Reload => self.reload(),
+            Action::Recall(number) => self.keep_or_recall(number),
+            Action::Close if self.travel.flies() => self.toggle_flight(),
+            Action::Close if self.engine.is_some() && self.loading.cancel() => self.say("loading was cancelled"),
             Action::Close => events.exit(),
+            Action::Side(_) | Action::Fit | Action::Home => {
+                self.stand_still();
+                self.act_on_engine(action);
+            }
+            _ => self.act_on_engine(action),
         }
         self.title_soon();
     }
 
-    fn show_or_hide_help(&mut self) {
-        let mut shared = self.screen.lock();
-        shared.help = if shared.help.is_some() { None } else { Some(Sheet::of_text(HELP)) };
-        let shown = shared.help.is_some();
-        drop(shared);
-        if shown {
-            tell(format_args!("{HELP}"));
+    fn act_on_engine(&mut self, action: Action) {
+        if let Some(engine) = &mut self.engine {
+            engine.act(action, &self.screen);
         }
-        self.redraw();
     }
 
-    fn show_or_hide_legend(&mut self) {
-        let mut shared = self.screen.lock();
-        shared.hides_legend ^= true;
-        drop(shared);
-        self.redraw();
+    fn reload(&mut self) {
+        if self.loading.is_possible() {
+            self.loading.begin(Vec::new(), &self.screen);
+        }
+    }
+
+    fn keep_or_recall(&mut self, number: u8) {
+        let place = usize::from(number);
+        if self.modifiers.control_key() {
+            self.kept[place] = self.view();
+            self.say(&format!("view kept: {} brings it back", number + 7));
+        } else if let Some(view) = self.kept[place] {
+            self.look(view);
+        } else {
+            self.say(&format!("no view was kept: ctrl+{} keeps one", number + 7));
+        }
     }
 
     fn redraw(&self) {
@@ -224,94 +253,75 @@ impl Viewer {
         }
     }
 
-    fn set_threads(&mut self, threads: usize) {
-        let threads = threads.clamp(1, MAX_THREADS);
-        if self.handle.set_threads(threads).is_ok() && threads != self.threads {
-            self.threads = threads;
-            // Another frame, so that the title shows what it brought.
-            self.handle.at_barrier("threads", |point| point.mark_changed());
-        }
-    }
-
-    fn mouse_button(&mut self, button: MouseButton, state: ElementState) {
-        match (state, self.drag) {
-            (ElementState::Pressed, None) => {
-                self.drag = match button {
-                    MouseButton::Left if self.modifiers.shift_key() => Some((button, Drag::Pan)),
-                    MouseButton::Left if self.modifiers.control_key() => Some((button, Drag::Values)),
-                    MouseButton::Left => Some((button, Drag::Orbit)),
-                    MouseButton::Right | MouseButton::Middle => Some((button, Drag::Pan)),
-                    _ => None,
-                };
-            }
-            (ElementState::Released, Some((held, _))) if held == button => self.drag = None,
-            _ => {}
-        }
-    }
-
-    fn mouse_moved(&mut self, to: PhysicalPosition<f64>) {
-        let from = std::mem::replace(&mut self.mouse, to);
-        if let Some((_, drag)) = self.drag {
-            let by = [(to.x - from.x) as f32, (to.y - from.y) as f32];
-            if drag == Drag::Values {
-                self.move_values(by);
-            } else {
-                self.look(drag.apply(&self.chosen.view, by, self.size.height() as f32));
-            }
-        }
-    }
-
-    /// Moves level and width of media, or of the particles that are shown. Says whether there are any.
-    fn move_window(&mut self, by: [f64; 2]) -> bool {
-        match self.volumes.has_window() && !self.particles.in_hand {
-            true => self.volumes.move_window(by, &self.handle),
-            false => self.particles.move_crop(by, &self.handle),
-        }
-    }
-
-    /// A drag over volumes: level to the right and width upwards, or without media iso values to the right.
-    fn move_values(&mut self, [x, y]: [f32; 2]) {
-        let steps = [f64::from(x), -f64::from(y)].map(|pixels| pixels / 8.0);
-        if !self.move_window(steps) {
-            self.volumes.move_iso(steps[0], &self.handle);
-        }
-        self.title_soon();
-    }
-
     /// Draws the newest picture.
     fn draw(&mut self) -> Result<(), String> {
         self.open.as_mut().map_or(Ok(()), |open| open.draw(&self.screen))
     }
 
-    /// Sets the title when enough time has passed since the last time.
-    fn title_soon(&mut self) {
-        let due = self.title_set.map_or_else(Instant::now, |set| set + TITLE_INTERVAL);
-        self.title_due.get_or_insert(due);
+    fn key(&mut self, event: &KeyEvent, events: &ActiveEventLoop) {
+        if self.travel.key(event) {
+            return;
+        }
+        let pressed = event.state == ElementState::Pressed;
+        if pressed && self.overlay.message.take().is_some() {
+            self.lay_out();
+        }
+        if let Some(action) = action(&event.logical_key).filter(|_| pressed) {
+            // A key that is held down loads nothing again and again.
+            let repeats = !matches!(action, Action::Reload | Action::Help | Action::FullScreen | Action::Screenshot);
+            if !event.repeat || repeats {
+                self.act(action, events);
+            }
+        }
     }
 
-    fn set_title(&mut self) {
-        let Some(Open { window, .. }) = &self.open else { return };
-        let progress = self.handle.progress();
-        let seconds = progress.frame_seconds.max(1e-9);
-        // Those of the first frame are known when the second begins.
-        let rays = match self.screen.lock().rays_per_frame {
-            0 => String::new(),
-            rays => format!(", {:.1} Mrays/s", rays as f64 / seconds * 1e-6),
-        };
-        let Chosen { renderer, sampler, shadows, .. } = self.chosen;
-        let shadows = if shadows { "shadows" } else { "no shadows" };
-        let volumes = self.volumes.title() + &self.particles.title();
-        window.set_title(&format!(
-            "mobula: {} | {} | {:.1} frames/s{rays} | {}, {} thread{} | {renderer}, {sampler}, {shadows}{volumes} | h: help",
-            self.titles.name,
-            self.size,
-            1.0 / seconds,
-            self.engine,
-            self.threads,
-            if self.threads == 1 { "" } else { "s" },
-        ));
-        self.title_set = Some(Instant::now());
-        self.title_due = None;
+    /// Something was loaded, or not.
+    fn loaded(
+        &mut self,
+        number: u64,
+        files: Vec<PathBuf>,
+        loaded: Result<Box<Ready>, String>,
+        events: &ActiveEventLoop,
+    ) {
+        let Some(again) = self.loading.end(number) else { return };
+        match loaded {
+            Ok(ready) => {
+                self.overlay.message = None;
+                if let Err(problem) = self.put(*ready, Some((files, again))) {
+                    self.fail(problem, events);
+                }
+            }
+            Err(problem) if self.engine.is_none() => self.fail(WindowError::Load(problem), events),
+            Err(problem) => self.warn(&problem),
+        }
+        self.lay_out();
+    }
+
+    /// News of an engine that has been replaced is old.
+    fn engine_of(&mut self, number: u64) -> Option<&mut Engine> {
+        self.engine.as_mut().filter(|engine| engine.number == number)
+    }
+
+    fn drop_file(&mut self, file: PathBuf) {
+        let (_, files) = self.dropped.get_or_insert_with(|| (Instant::now(), Vec::new()));
+        files.push(file);
+    }
+
+    /// Loads what was dropped, or what has changed, when it is time. Returns when to look again.
+    fn look_after_files(&mut self) -> Option<Instant> {
+        let due = self.dropped.as_ref().map(|(since, _)| *since + TOGETHER);
+        if due.is_some_and(|due| Instant::now() >= due) {
+            let (_, files) = self.dropped.take().unwrap_or_else(|| (Instant::now(), Vec::new()));
+            if self.loading.is_possible() {
+                self.loading.begin(files, &self.screen);
+            } else {
+                self.warn("this window shows no other files");
+            }
+        }
+        if self.loading.have_changed() {
+            self.reload();
+        }
+        [self.dropped.as_ref().map(|(since, _)| *since + TOGETHER), self.loading.due()].into_iter().flatten().min()
     }
 }
 
@@ -320,22 +330,37 @@ impl ApplicationHandler<News> for Viewer {
         if self.open.is_none()
             && let Err(problem) = self.open(events)
         {
-            self.problem = Some(WindowError::Open(problem));
-            events.exit();
+            self.fail(WindowError::Open(problem), events);
         }
     }
 
     fn user_event(&mut self, events: &ActiveEventLoop, news: News) {
         match news {
             News::Picture => {
-                if let Some(open) = &self.open {
-                    open.window.request_redraw();
-                }
+                self.redraw();
                 self.title_soon();
             }
-            News::Screenshot(Ok(file)) => tell(format_args!("mobula: wrote {file}")),
-            News::Screenshot(Err(problem)) => tell(format_args!("mobula: warning: {problem}")),
-            News::Ended => events.exit(),
+            News::Screenshot(Ok(file)) => {
+                tell(format_args!("mobula: wrote {file}"));
+                self.say(&format!("wrote {}", file.split("; ").next().unwrap_or_default()));
+            }
+            News::Screenshot(Err(problem)) => self.warn(&problem),
+            News::Loaded(number, files, loaded) => self.loaded(number, files, loaded, events),
+            News::View(number, view, first) => {
+                if let Some(engine) = self.engine_of(number) {
+                    engine.chosen.view = view;
+                    engine.automatic &= first;
+                    if first {
+                        engine.first_view = view;
+                    }
+                }
+            }
+            News::Picked(number, picked, center) => self.picked(number, picked, center),
+            News::Ended(number) => {
+                if self.engine_of(number).is_some() {
+                    events.exit();
+                }
+            }
         }
     }
 
@@ -344,45 +369,42 @@ impl ApplicationHandler<News> for Viewer {
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::Resized(size) => {
                 self.resize(size);
-                if let Some(open) = &self.open {
-                    open.window.request_redraw();
-                }
+                self.redraw();
             }
             WindowEvent::RedrawRequested => {
                 if let Err(problem) = self.draw() {
-                    self.problem = Some(WindowError::Open(problem));
-                    events.exit();
+                    self.fail(WindowError::Open(problem), events);
                 }
             }
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
-            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
-                if let Some(action) = action(&event.logical_key) {
-                    self.act(action, events);
-                }
-            }
+            WindowEvent::KeyboardInput { event, .. } => self.key(&event, events),
             WindowEvent::MouseInput { button, state, .. } => self.mouse_button(button, state),
             WindowEvent::CursorMoved { position, .. } => self.mouse_moved(position),
-            WindowEvent::MouseWheel { delta, .. } => {
-                let notches = match delta {
-                    MouseScrollDelta::LineDelta(_, lines) => lines,
-                    MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
-                };
-                self.look(dolly(&self.chosen.view, notches));
+            WindowEvent::MouseWheel { delta, .. } => self.wheel(delta),
+            WindowEvent::DroppedFile(file) => self.drop_file(file),
+            WindowEvent::Focused(false) => {
+                self.let_go();
+                self.stand_still();
             }
-            WindowEvent::Focused(false) => self.drag = None,
             _ => {}
         }
     }
 
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        if let DeviceEvent::MouseMotion { delta: (x, y) } = event {
+            self.look_around([x as f32, y as f32]);
+        }
+    }
+
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let step_due = self.volumes.tick(&self.handle);
+        let step_due = self.engine.as_mut().and_then(|engine| engine.volumes.tick(&engine.handle));
         if step_due.is_some() {
             self.title_soon();
         }
-        if self.title_due.is_some_and(|due| Instant::now() >= due) {
-            self.set_title();
-        }
-        let due = [self.title_due, step_due].into_iter().flatten().min();
+        let files_due = self.look_after_files();
+        let travel_due = self.move_on();
+        let overlay_due = self.look_after_overlay();
+        let due = [step_due, files_due, travel_due, overlay_due].into_iter().flatten().min();
         events.set_control_flow(due.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }

@@ -7,57 +7,41 @@ use glam::Vec3;
 
 use super::Viewer;
 use crate::app::Chosen;
-use crate::balance::BalancerKind;
 use crate::camera::View;
+use crate::display::window::engine::Engine;
 use crate::display::window::news::{Titles, tell};
-use crate::display::window::screen::Screenshot;
+use crate::display::window::screen::{Same, Screenshot};
+use crate::image::Size;
 use crate::load::Changes;
 use crate::output;
 use crate::scene::{Rendering, Time};
 use crate::tone::Tone;
-use crate::traverse::{TileSize, TraverserKind};
 
 impl Viewer {
     /// Writes what is shown as a scene file.
-    pub(super) fn save(&self) {
-        let Some(saved) = &self.titles.saved else {
-            tell(format_args!(
-                "mobula: warning: no scene file can say what is shown: it comes from standard input, or from a scene file and others"
-            ));
+    pub(super) fn save(&mut self) {
+        let Some(engine) = &self.engine else { return };
+        let Some(text) = engine.saved(self.size, self.screen.lock().samples) else {
+            self.warn(
+                "no scene file can say what is shown: it comes from standard input, or from a scene file and others",
+            );
             return;
         };
-        let Chosen { view: View { eye, at, up, fov }, camera, renderer, sampler, shadows, occlusion, tone } =
-            self.chosen;
-        let time = self.volumes.step().map(|shown| Time { step: None, repeat: true, shown });
-        let rendering = Rendering {
-            size: Some(self.size),
-            camera: Some(camera),
-            eye: Some(eye),
-            at: Some(at),
-            up: Some(up),
-            fov: Some(fov),
-            renderer: Some(renderer),
-            sampler: Some(sampler),
-            shadows: Some(shadows),
-            tone: Some(tone.curve),
-            exposure: Some(tone.exposure),
-            occlusion: Some(occlusion.unwrap_or(0.0)),
-            time,
-        };
-        let text = saved.text(&rendering, self.axis, &self.changes());
         let number = (1_u32..).find(|number| !saved_name(*number).exists()).unwrap_or(0);
         let file = saved_name(number);
         match output::write(&file, |mut handle| handle.write_all(text.as_bytes())) {
             Ok(()) => {
                 let file = file.display();
                 tell(format_args!("mobula: wrote {file}; the same picture: mobula render {file}"));
+                self.say(&format!("wrote {file}"));
             }
-            Err(error) => tell(format_args!("mobula: warning: {}: cannot be written: {error}", file.display())),
+            Err(error) => self.warn(&format!("{}: cannot be written: {error}", file.display())),
         }
     }
 
-    /// Renders the present state once more and writes that frame: earlier input may still be on its way.
+    /// Writes the next picture: earlier input may still be on its way.
     pub(super) fn take_screenshot(&mut self) {
+        let Some(engine) = &self.engine else { return };
         let file = loop {
             self.screenshots += 1;
             let file = PathBuf::from(format!("mobula-{:04}.png", self.screenshots));
@@ -65,21 +49,37 @@ impl Viewer {
                 break file;
             }
         };
-        let (screen, same) = (self.screen.clone(), self.same());
-        self.handle.at_barrier("screenshot", move |point| {
-            point.mark_changed();
-            let frame = point.frame;
-            screen.want(Screenshot { frame, file, same });
-            // Of a picture that is refined frame by frame: all of it in one frame, then as before.
-            let whole = TraverserKind::Tiled.build(TileSize::default(), BalancerKind::default());
-            if point.state.traverser.name() != whole.name() {
-                let before = std::mem::replace(&mut point.state.traverser, whole);
-                point.callbacks().at_frame("screenshot", frame + 1, move |point| {
-                    point.state.traverser = before;
-                    point.mark_changed();
-                });
-            }
+        let (screen, same) = (self.screen.clone(), engine.same(self.size));
+        engine.handle.at_barrier("screenshot", move |point| {
+            point.request_frame();
+            screen.want(Screenshot { frame: point.frame, file, same });
         });
+    }
+}
+
+impl Engine {
+    /// What is shown as a scene file, with so many samples; `None` if there can be none.
+    fn saved(&self, size: Size, samples: u32) -> Option<String> {
+        let saved = self.titles.saved.as_ref()?;
+        let Chosen { view: View { eye, at, up, fov }, camera, renderer, sampler, shadows, occlusion, tone } =
+            self.chosen;
+        let time = self.volumes.step().map(|shown| Time { step: None, repeat: true, shown });
+        let rendering = Rendering {
+            size: Some(size),
+            camera: Some(camera),
+            eye: Some(eye),
+            at: Some(at),
+            up: Some(up),
+            fov: Some(fov),
+            renderer: Some(renderer),
+            sampler: Some(sampler.after(samples)),
+            shadows: Some(shadows),
+            tone: Some(tone.curve),
+            exposure: Some(tone.exposure),
+            occlusion: Some(occlusion.unwrap_or(0.0)),
+            time,
+        };
+        Some(saved.text(&rendering, self.axis, &self.changes()))
     }
 
     /// What was changed of how volumes and particles are shown.
@@ -90,16 +90,17 @@ impl Viewer {
     }
 
     /// What makes the picture that was asked for last, for people.
-    fn same(&self) -> String {
+    fn same(&self, size: Size) -> Same {
         // Options do not change what a scene file says volumes and particles are shown as.
         if self.titles.of_file && self.changes() != Changes::default() {
-            return "for a scene file that makes the same, press v".to_owned();
+            let before = "for a scene file that makes the same, press v".to_owned();
+            return Same { before, sampler: None, behind: String::new() };
         }
-        format!("the same picture: mobula render {}", self.options())
+        self.options(size)
     }
 
     /// The scene and the options with which `mobula render` makes it.
-    fn options(&self) -> String {
+    fn options(&self, size: Size) -> Same {
         let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows, occlusion, tone } =
             self.chosen;
         let shadows = if shadows { "" } else { " --no-shadows" };
@@ -121,10 +122,11 @@ impl Viewer {
             false => self.particles.options(self.titles.quoted) + &self.volumes.options(self.titles.quoted),
         };
         let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
-        let (size, eye, at) = (self.size, point(eye), point(at));
-        format!(
-            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}{occlusion}{tone}{volumes}"
-        )
+        let (eye, at) = (point(eye), point(at));
+        let before = format!(
+            "the same picture: mobula render {scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler "
+        );
+        Same { before, sampler: Some(sampler), behind: format!("{shadows}{occlusion}{tone}{volumes}") }
     }
 }
 
