@@ -110,7 +110,11 @@ impl Library {
             self.parsed.iter().map(|parsed| NamedMaps::of(parsed, &mut gallery, &mut missing)).collect();
         let decoded = gallery.decode(progress);
         if let [first, others @ ..] = &missing[..] {
-            let others = if others.is_empty() { String::new() } else { format!(", and {} others", others.len()) };
+            let others = match others.len() {
+                0 => String::new(),
+                1 => ", and another".to_owned(),
+                others => format!(", and {others} others"),
+            };
             self.warnings.push(format!("{first}{others}; materials keep their colours"));
         }
         let broken = decoded.iter().filter_map(|result| result.as_ref().err());

@@ -74,7 +74,7 @@ fn textures_that_cannot_be_used_are_told() {
     folder.write("text.png", "hello");
     folder.write("../outside.png", halves(RED, GREEN));
     for (mtl, warning) in [
-        ("map_Kd a.png\nmap_d b.png", "texture 'a.png' is not there, and 1 others; materials keep their colours"),
+        ("map_Kd a.png\nmap_d b.png", "texture 'a.png' is not there, and another; materials keep their colours"),
         ("map_Kd /etc/passwd", "texture '/etc/passwd' is not there"),
         ("map_Kd ../../outside.png", "is not there"),
         ("map_Kd broken.png", "broken.png: the picture is broken"),
