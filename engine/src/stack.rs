@@ -18,7 +18,7 @@ pub use mobula_core::volume::Segments;
 use crate::geometry::{Geometries, Translucent};
 use crate::image::FrameBuffer;
 pub use crate::lighting::{Illumination, Lit};
-use crate::packet::{AnyHitPacket, Packet, SubPacket, optical_depth};
+use crate::packet::{AnyHitPacket, Columns3, Packet, SubPacket, optical_depth};
 use crate::pipeline::fault::scope;
 use crate::tone::Tone;
 pub use crate::traverse::Fragment;
@@ -114,10 +114,24 @@ pub trait Material: Any + Debug + Send + Sync {
     /// One colour that stands for it, unlit: what a renderer without lights shows.
     fn base_color(&self) -> Vec3;
 
+    /// The colour of the surface at hits, unlit: sets the first rows of `out`.
+    fn albedo(&self, hits: &mut SubPacket<'_>, out: &mut Columns3) {
+        let (color, count) = (self.base_color(), hits.len());
+        out.iter_mut().zip(color.to_array()).for_each(|(column, channel)| column[..count].fill(channel));
+        for (column, own) in out.iter_mut().zip(hits.own_colors().into_iter().flatten()) {
+            column.iter_mut().zip(own).for_each(|(channel, own)| *channel *= own);
+        }
+    }
+
     /// The fraction of the light towards a surface that it stops, 0 to 1: what is behind gets the rest. Asked when the material is put
     /// into the scene.
     fn opacity(&self) -> f32 {
         1.0
+    }
+
+    /// The same for a scene whose lengths are all multiplied by `scale`; `None` if it has no lengths.
+    fn scaled(&self, _scale: f32) -> Option<Arc<dyn Material>> {
+        None
     }
 
     /// What it looks like, in a few words for people.

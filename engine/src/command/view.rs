@@ -33,11 +33,11 @@ pub(crate) fn view(options: &SceneOptions) -> Result<(), Failure> {
 }
 
 fn show(connection: Connection, options: &SceneOptions) -> Result<(), Failure> {
-    let Prepared { pipeline, settings, name, window, .. } = prepare(options, true, SamplerKind::Single)?;
+    let Prepared { pipeline, settings, name, time, window, .. } = prepare(options, true, true, SamplerKind::Single)?;
     tell!("{HELP}");
     // Screenshots are files too.
     signals::listen();
-    let ForWindow { options, place, of_file, saved, time } = window;
+    let ForWindow { options, place, of_file, saved } = window;
     let scene = options.scene_words();
     let shading = match options.volumes.shading {
         Shading::Auto => None,

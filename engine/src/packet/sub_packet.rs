@@ -244,13 +244,19 @@ impl<'a> SubPacket<'a> {
         self.surface.is_some_and(|surface| surface.opacities(&self.hits(), out))
     }
 
-    /// Keeps as much of the rays' colours as their opacities say, and lets the rest come from behind.
+    /// How far hits are from edges; `false` if there are none: see [`Surface::edges`].
+    pub fn edges(&self, out: [&mut [f32]; 2]) -> bool {
+        self.surface.is_some_and(|surface| surface.edges(&self.hits(), out))
+    }
+
+    /// Keeps as much of the rays' colours as their opacities say, and lets the rest come from behind; of what an earlier call kept, if
+    /// there was one.
     pub fn fade(&mut self, opacities: &[f32]) {
         for column in self.colors_mut() {
             column.iter_mut().zip(opacities).for_each(|(channel, opacity)| *channel *= opacity);
         }
         let through = self.packet.through_mut()[self.range.clone()].iter_mut();
-        through.zip(opacities).for_each(|(through, opacity)| *through = 1.0 - opacity);
+        through.zip(opacities).for_each(|(through, opacity)| *through = 1.0 - opacity * (1.0 - *through));
     }
 
     /// The colours of the rays, linear RGB: the result, to write.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use mobula_core::simd::{F32Lanes, Task, Token};
 
-use super::fill::fill;
+use super::fill::{fill, keep};
 use super::filter::Filter;
 use super::morton::for_each_piece;
 use super::pixel_seed;
@@ -49,12 +49,8 @@ impl PixelSampler for Sobol {
                 let count = width.min(pixels.len() * samples - first);
                 packet.reset(count);
                 packet.channel = fragment.channel as u32;
-                for i in 0..count {
-                    let pixel = pixels[(first + i) / samples];
-                    packet.samples[0][i] = pixel_seed(pixel);
-                    packet.samples[1][i] = first_number.wrapping_add(((first + i) % samples) as u32);
-                    (packet.image[0][i], packet.image[1][i]) = (pixel[0] as f32, pixel[1] as f32);
-                }
+                let number = |i: usize| first_number.wrapping_add(((first + i) % samples) as u32);
+                at_pixels(packet, |i| (pixels[(first + i) / samples], number(i)));
                 let Packet { image, samples: [seeds, numbers], .. } = packet;
                 context.token.run(Place { seeds, numbers, image, count });
                 self.filter.spread(image, &mut weights[..count]);
@@ -64,7 +60,11 @@ impl PixelSampler for Sobol {
                     sum.add(vec3(&packet.color, i), weights[i]);
                     if (first + i + 1).is_multiple_of(samples) {
                         let pixel = pixels[(first + i) / samples];
-                        fill(out, &fragment, pixel, to_pixel(context.tone.of(sum.mean())));
+                        let mean = sum.mean();
+                        if let Some(layers) = out.layers() {
+                            keep(layers, pixel, mean);
+                        }
+                        fill(out, &fragment, pixel, to_pixel(context.tone.of(mean)));
                         sum = Sum::default();
                     }
                 }
@@ -73,9 +73,18 @@ impl PixelSampler for Sobol {
     }
 }
 
+/// Makes the rays of a packet samples of pixels, with their numbers; image coordinates are those of the pixels' corners.
+pub(super) fn at_pixels(packet: &mut Packet, of: impl Fn(usize) -> ([u32; 2], u32)) {
+    for i in 0..packet.len() {
+        let (pixel, number) = of(i);
+        (packet.samples[0][i], packet.samples[1][i]) = (pixel_seed(pixel), number);
+        (packet.image[0][i], packet.image[1][i]) = (pixel[0] as f32, pixel[1] as f32);
+    }
+}
+
 /// The samples of a pixel so far.
-#[derive(Default)]
-struct Sum {
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sum {
     weighted: Vec3,
     plain: Vec3,
     weight: f32,
@@ -83,25 +92,30 @@ struct Sum {
 }
 
 impl Sum {
-    fn add(&mut self, color: Vec3, weight: f32) {
+    pub(super) fn add(&mut self, color: Vec3, weight: f32) {
         self.weighted += color * weight;
         self.plain += color;
         self.weight += weight;
         self.count += 1.0;
     }
 
+    /// The sum of all samples, each of which counts the same.
+    pub(super) fn plain(&self) -> Vec3 {
+        self.plain
+    }
+
     /// Of a few samples nearly as many may be where a filter is negative as elsewhere: then all count the same.
-    fn mean(&self) -> Vec3 {
+    pub(super) fn mean(&self) -> Vec3 {
         if self.weight > 0.5 * self.count { self.weighted / self.weight } else { self.plain / self.count }
     }
 }
 
 /// Moves image coordinates from the corners of pixels to where their samples are in them.
-struct Place<'a> {
-    seeds: &'a [u32],
-    numbers: &'a [u32],
-    image: &'a mut [Column<f32>; 2],
-    count: usize,
+pub(super) struct Place<'a> {
+    pub(super) seeds: &'a [u32],
+    pub(super) numbers: &'a [u32],
+    pub(super) image: &'a mut [Column<f32>; 2],
+    pub(super) count: usize,
 }
 
 impl Task for Place<'_> {

@@ -15,7 +15,7 @@ mod shadow;
 mod through;
 
 pub(crate) use openness::openness;
-pub use secondary::trace;
+pub use secondary::{trace, trace_weighted};
 pub use shade::shade;
 use shadow::illuminate;
 pub use through::see_through;

@@ -26,12 +26,14 @@ impl Viewer {
             ));
             return;
         };
-        let Chosen { view: View { eye, at, up, fov }, camera, renderer, sampler, shadows, occlusion, tone } =
+        let Chosen { view: View { eye, at, up, fov }, camera, lens, renderer, sampler, shadows, occlusion, tone } =
             self.chosen;
         let time = self.volumes.step().map(|shown| Time { step: None, repeat: true, shown });
         let rendering = Rendering {
             size: Some(self.size),
             camera: Some(camera),
+            aperture: lens.aperture,
+            focus: lens.focus,
             eye: Some(eye),
             at: Some(at),
             up: Some(up),
@@ -100,7 +102,7 @@ impl Viewer {
 
     /// The scene and the options with which `mobula render` makes it.
     fn options(&self) -> String {
-        let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows, occlusion, tone } =
+        let Chosen { view: View { eye, at, fov, .. }, camera, lens, renderer, sampler, shadows, occlusion, tone } =
             self.chosen;
         let shadows = if shadows { "" } else { " --no-shadows" };
         let Titles { scene, place, .. } = &self.titles;
@@ -122,8 +124,13 @@ impl Viewer {
         };
         let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
         let (size, eye, at) = (self.size, point(eye), point(at));
+        let length = |name: &str, length: Option<f32>| {
+            length
+                .map_or_else(String::new, |length| format!(" --{name} {}", f64::from(length) / self.titles.place.scale))
+        };
+        let lens = length("aperture", lens.aperture) + &length("focus", lens.focus);
         format!(
-            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler {sampler}{shadows}{occlusion}{tone}{volumes}"
+            "{scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera}{lens} --renderer {renderer} --sampler {sampler}{shadows}{occlusion}{tone}{volumes}"
         )
     }
 }
