@@ -24,14 +24,14 @@ pub fn list(names: &[&str]) -> String {
 /// Defines an enum whose variants have names: `ALL`, `NAMES`, `name`, `FromStr` (upper and lower case are the same), `Display`. With `-> Trait` in the head, and
 /// `=> value` in each line, `build` makes the component.
 macro_rules! choice {
-    ($(#[$outer:meta])* $kind:literal $type:ident $(($argument:ident: $of:ty))? -> $trait:path {
+    ($(#[$outer:meta])* $kind:literal $type:ident $(($($argument:ident: $of:ty),+))? -> $trait:path {
         $($(#[$inner:meta])* $variant:ident = $name:literal => $value:expr,)+
     }) => {
         $crate::choice::choice! { $(#[$outer])* $kind $type { $($(#[$inner])* $variant = $name,)+ } }
 
         impl $type {
             /// Makes it.
-            pub fn build(self $(, $argument: $of)?) -> std::sync::Arc<dyn $trait> {
+            pub fn build(self $($(, $argument: $of)+)?) -> std::sync::Arc<dyn $trait> {
                 match self {
                     $(Self::$variant => std::sync::Arc::new($value),)+
                 }

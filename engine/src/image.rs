@@ -2,7 +2,10 @@
 //!
 //! Source: Bigler, Stephens and Parker 2006, section 5.2 (one frame buffer per pipeline stage).
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::layers::Layers;
 
 /// The most pixels one picture may have: 2^28, which is 1 GiB of RGBA8.
 pub const MAX_PIXELS: u64 = 1 << 28;
@@ -94,6 +97,8 @@ pub const fn rgba8(red: u8, green: u8, blue: u8, alpha: u8) -> u32 {
 pub struct FrameBuffer {
     size: Size,
     pixels: Box<[AtomicU32]>,
+    /// Made when they are first asked for: most pictures have none.
+    layers: OnceLock<Option<Layers>>,
 }
 
 impl FrameBuffer {
@@ -116,12 +121,23 @@ impl FrameBuffer {
         let reserved = pixels.try_reserve_exact(size.pixels());
         reserved.map_err(|_| SizeError::NoMemory { width: size.width(), height: size.height() })?;
         pixels.extend((0..size.pixels()).map(|_| AtomicU32::new(0)));
-        Ok(Self { size, pixels: pixels.into_boxed_slice() })
+        Ok(Self { size, pixels: pixels.into_boxed_slice(), layers: OnceLock::new() })
     }
 
     /// The size.
     pub const fn size(&self) -> Size {
         self.size
+    }
+
+    /// Linear colours and what is behind each pixel, if anybody wanted them.
+    #[inline]
+    pub fn layers(&self) -> Option<&Layers> {
+        self.layers.get()?.as_ref()
+    }
+
+    /// As [`layers`](Self::layers); there are some from now on. `None` where there is no memory for them.
+    pub fn with_layers(&self) -> Option<&Layers> {
+        self.layers.get_or_init(|| Layers::new(self.width(), self.height())).as_ref()
     }
 
     /// Pixels in a row.
@@ -188,7 +204,8 @@ impl FrameBuffer {
         }
     }
 
-    /// Copies the rectangle `x0..x1` by `y0..y1` from another picture; only pixels that both pictures have are copied.
+    /// Copies the rectangle `x0..x1` by `y0..y1` from another picture; only pixels that both pictures have are copied, with their
+    /// layers.
     pub fn copy_from(&self, other: &Self, x0: usize, y0: usize, x1: usize, y1: usize) {
         let (x1, y1) = (x1.min(self.width()).min(other.width()), y1.min(self.height()).min(other.height()));
         for y in y0..y1 {
@@ -196,6 +213,11 @@ impl FrameBuffer {
             for (to, from) in self.row_part(start, y, count).iter().zip(other.row_part(start, y, count)) {
                 to.store(from.load(Ordering::Relaxed), Ordering::Relaxed);
             }
+        }
+        if let Some(layers) = other.layers()
+            && let Some(own) = self.with_layers()
+        {
+            own.copy_from(layers, x0, y0, x1, y1);
         }
     }
 

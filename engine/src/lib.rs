@@ -27,7 +27,7 @@
 //! | [`prelude`] | what a program with components of its own names |
 //! | `kernels` | the `mobula kernels` command: with the features `cli` and `kernels` |
 //! | [`scale`] | how rendering scales: measured, and projected to more processors |
-//! | [`display`] | where pictures go: PNG files, two eyes in one picture, a window |
+//! | [`display`] | where pictures go: files, two eyes in one picture, a window |
 //! | [`app`] | from a scene description to a pipeline that renders it |
 //! | [`load`] | files from strangers become scene descriptions |
 //! | [`builtin`], [`generate`] | scenes from no file |
@@ -49,6 +49,7 @@
 //! | [`pipeline`] | threads, stages, transactions, callbacks; knows nothing of rays |
 //! | [`balance`] | load balancers: who gets which part of a frame's work |
 //! | [`image`] | frame buffers |
+//! | [`layers`] | linear colours, and what is behind each pixel |
 //! | [`output`] | files that are whole or not there |
 //! | [`particles`] | points with scalar attributes |
 //! | [`volume`] | scalar values on regular grids |
@@ -77,6 +78,7 @@ pub mod image;
 #[cfg(all(feature = "cli", feature = "kernels"))]
 pub mod kernels;
 mod lanes;
+pub mod layers;
 pub mod light;
 pub mod lighting;
 pub mod load;

@@ -4,7 +4,9 @@
 //! Whatever is chosen at random for a sample (where in its pixel, towards which point of a light) has a set of its own. The points of two
 //! sets, or of two pixels, have nothing to do with each other; those of one, from the first on, are as even as may be.
 
-use mobula_core::simd::{I32Lanes, Token};
+use std::f32::consts::FRAC_PI_4;
+
+use mobula_core::simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
 
 use crate::math::hash;
 
@@ -20,6 +22,19 @@ impl Set {
     pub(crate) fn occlusion(depth: u32) -> Self {
         Self(1 + depth)
     }
+
+    /// Where a ray goes that is scattered at a hit with so many reflections or refractions before it.
+    pub(crate) fn scattering(depth: u32) -> Self {
+        Self(0x100_0000_u32.wrapping_add(depth))
+    }
+
+    /// Which of two ways a ray goes at such a hit.
+    pub(crate) fn choice(depth: u32) -> Self {
+        Self(0x200_0000_u32.wrapping_add(depth))
+    }
+
+    /// Where on a lens a ray starts.
+    pub(crate) const LENS: Self = Self(0x300_0000);
 
     /// A number that scrambles: one of three for each set.
     fn seed(self, which: u32) -> u32 {
@@ -41,6 +56,72 @@ pub(crate) fn point<T: Token>(token: T, seed: T::I32, index: T::I32, set: Set) -
     let x = permute(token, index, seed ^ token.splat_i32(seeds[1]));
     let y = permute(token, pascal(token, index), seed ^ token.splat_i32(seeds[2]));
     [unit(token, mirror(token, x)), unit(token, mirror(token, y))]
+}
+
+/// The point of a square, both coordinates in 0..1, moved to a disk of radius 1 without tearing it (Shirley and Chiu, "A Low Distortion Map
+/// Between Disk and Square", 1997).
+#[inline(always)]
+pub(crate) fn disk<T: Token>(token: T, [u, v]: [T::F32; 2]) -> [T::F32; 2] {
+    let (one, tiny) = (token.splat(1.0), token.splat(f32::MIN_POSITIVE));
+    let (a, b) = (u + u - one, v + v - one);
+    let wide = a.abs().gt(b.abs());
+    let (radius, other) = (a.select(wide, b), b.select(wide, a));
+    // At the middle any angle will do.
+    let angle = other / radius.select(radius.abs().gt(tiny), one) * token.splat(FRAC_PI_4);
+    let (sine, cosine) = sine_and_cosine(token, angle);
+    let (long, short) = (radius * cosine, radius * sine);
+    [long.select(wide, short), short.select(wide, long)]
+}
+
+/// Of an angle of at most pi / 4: Taylor series, good to 4e-7.
+#[inline(always)]
+fn sine_and_cosine<T: Token>(token: T, angle: T::F32) -> (T::F32, T::F32) {
+    let q = angle * angle;
+    let sine = token.splat(1.0)
+        - q * (token.splat(1.0 / 6.0) - q * (token.splat(1.0 / 120.0) - q * token.splat(1.0 / 5040.0)));
+    let cosine = token.splat(1.0)
+        - q * (token.splat(0.5)
+            - q * (token.splat(1.0 / 24.0) - q * (token.splat(1.0 / 720.0) - q * token.splat(1.0 / 40320.0))));
+    (angle * sine, cosine)
+}
+
+/// Fills `out` with the points of a set that belong to `samples` (hashes of pixels, and numbers there): of the square, or of the disk.
+pub(crate) fn points(token: AnyToken, samples: [&[u32]; 2], set: Set, shape: Shape, out: [&mut [f32]; 2]) {
+    token.run(Fill { samples, set, shape, out });
+}
+
+/// What points are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// Both coordinates in 0..1.
+    Square,
+    /// Of radius 1 around 0.
+    Disk,
+}
+
+struct Fill<'a> {
+    samples: [&'a [u32]; 2],
+    set: Set,
+    shape: Shape,
+    out: [&'a mut [f32]; 2],
+}
+
+impl Task for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<T: Token>(self, token: T) {
+        let Self { samples: [seeds, numbers], set, shape, out: [x, y] } = self;
+        for at in (0..seeds.len()).step_by(T::LANES) {
+            let square = point(token, token.load_u32(seeds, at), token.load_u32(numbers, at), set);
+            let [u, v] = match shape {
+                Shape::Square => square,
+                Shape::Disk => disk(token, square),
+            };
+            u.store(x, at);
+            v.store(y, at);
+        }
+    }
 }
 
 /// The upper 24 bits as a number in 0..1.
@@ -82,8 +163,6 @@ fn pascal<T: Token>(token: T, x: T::I32) -> T::I32 {
 
 #[cfg(test)]
 mod tests {
-    use mobula_core::simd::{AnyToken, F32Lanes, Task};
-
     use super::*;
 
     struct Points {
@@ -111,6 +190,26 @@ mod tests {
 
     fn points(token: AnyToken, seed: u32, count: usize, set: Set) -> Vec<[f32; 2]> {
         token.run(Points { seed, count, set })
+    }
+
+    #[test]
+    fn columns_of_points_are_the_points_and_disks_are_filled_evenly() {
+        let token = AnyToken::detect();
+        let (seeds, numbers) = (vec![7; 1023], (0..1023).collect::<Vec<u32>>());
+        let set = Set::scattering(2);
+        let fill = |shape| {
+            let (mut x, mut y) = (vec![0.0; 1023], vec![0.0; 1023]);
+            super::points(token, [&seeds, &numbers], set, shape, [&mut x, &mut y]);
+            x.into_iter().zip(y).map(|(x, y)| [x, y]).collect::<Vec<_>>()
+        };
+        assert_eq!(fill(Shape::Square), points(token, 7, 1023, set));
+        let disk = fill(Shape::Disk);
+        assert!(disk.iter().all(|[x, y]| x * x + y * y < 1.000_001));
+        // A quarter of the area is within half the radius, and half of it on each side.
+        let share =
+            |inside: &dyn Fn(&[f32; 2]) -> bool| disk.iter().filter(|point| inside(point)).count() as f32 / 1023.0;
+        assert!((share(&|[x, y]| x * x + y * y < 0.25) - 0.25).abs() < 0.01);
+        assert!((share(&|[x, _]| *x < 0.0) - 0.5).abs() < 0.01 && (share(&|[_, y]| *y < 0.0) - 0.5).abs() < 0.01);
     }
 
     #[test]

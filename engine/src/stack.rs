@@ -18,7 +18,7 @@ pub use mobula_core::volume::Segments;
 use crate::geometry::{Geometries, Geometry, Meeting, Translucent};
 use crate::image::FrameBuffer;
 pub use crate::lighting::{Illumination, Lit};
-use crate::packet::{AnyHitPacket, Columns3, Hits, Packet, Rays, SubPacket, optical_depth, part};
+use crate::packet::{AnyHitPacket, Columns3, Hits, Packet, Rays, SubPacket, optical_depth, part, set_vec3, vec3};
 use crate::pipeline::fault::scope;
 use crate::scratch::{Lent, lend};
 use crate::texture::{Maps, OpacityMap};
@@ -118,19 +118,30 @@ pub trait Material: Any + Debug + Send + Sync {
         Maps::NONE
     }
 
-    /// Writes the colour of every ray of the sub-packet without any light: [`base_color`](Self::base_color), unless the material says
-    /// more.
-    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
-        hits.fill_color(self.base_color());
-    }
-
     /// One colour that stands for it, unlit: what a renderer without lights shows.
     fn base_color(&self) -> Vec3;
+
+    /// The colour of the surface at hits, unlit: sets the first rows of `out`.
+    fn albedo(&self, hits: &mut SubPacket<'_>, out: &mut Columns3) {
+        let (color, count) = (self.base_color(), hits.len());
+        out.iter_mut().zip(color.to_array()).for_each(|(column, channel)| column[..count].fill(channel));
+        for (column, own) in out.iter_mut().zip(hits.own_colors().into_iter().flatten()) {
+            column.iter_mut().zip(own).for_each(|(channel, own)| *channel *= own);
+        }
+        if let Some(map) = &self.maps().color {
+            hits.sample(map, |i, texel| set_vec3(out, i, vec3(out, i) * texel.truncate()));
+        }
+    }
 
     /// The fraction of the light towards a surface that it stops, 0 to 1: what is behind gets the rest. Asked when the material is put
     /// into the scene.
     fn opacity(&self) -> f32 {
         1.0
+    }
+
+    /// The same for a scene whose lengths are all multiplied by `scale`; `None` if it has no lengths.
+    fn scaled(&self, _scale: f32) -> Option<Arc<dyn Material>> {
+        None
     }
 
     /// What it looks like, in a few words for people.

@@ -114,7 +114,18 @@ pub struct View {
     pub fov: f32,
 }
 
+/// The lens of a camera that has one. What is `None` is as usual for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lens {
+    /// Its radius, in units of the scene; 0: all is in focus.
+    pub aperture: Option<f32>,
+    /// The distance of what is in focus, along the view; `None`: that of the point that is looked at.
+    pub focus: Option<f32>,
+}
+
 impl View {
+    /// The greatest vertical field of view of a camera that projects to a plane, degrees.
+    pub const WIDEST: f32 = 170.0;
     /// Vertical field of view of [`frame`](Self::frame), degrees.
     pub const DEFAULT_FOV: f32 = 35.0;
     /// Part of the half image that framed models may fill.

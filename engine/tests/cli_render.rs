@@ -1,5 +1,7 @@
 //! `mobula render` and `mobula info`: pictures, JSON, and what is said where.
 
+#[path = "cli_render/formats.rs"]
+mod formats;
 mod support;
 
 use std::fs;

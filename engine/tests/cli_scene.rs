@@ -55,7 +55,7 @@ fn render(folder: &Folder, arguments: &[&str]) -> Vec<u8> {
 fn the_examples_of_the_page_are_rendered() {
     let folder = folder("scene-examples");
     let examples = examples();
-    assert_eq!(examples.len(), 5);
+    assert_eq!(examples.len(), 6);
     let mut seen = Vec::new();
     for (number, text) in examples.iter().enumerate() {
         let name = format!("example{number}.toml");
@@ -205,7 +205,16 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         // Numbers.
         (
             "camera = { fov = nan }\n",
-            "a.toml:2:18: invalid value: floating point `NaN`, expected an angle from 1 to 170",
+            "a.toml:2:18: invalid value: floating point `NaN`, expected an angle from 1 to 360",
+        ),
+        ("camera = { fov = 200 }\n", "a.toml:2:10: this camera has a field of view of at most 170"),
+        (
+            "[materials]\na = { kind = \"wireframe\", width = 1, relative_width = 0.1 }\n",
+            "a.toml:3:5: there are two widths of lines",
+        ),
+        (
+            "[materials]\na = { kind = \"principled\", roughness = 2 }\n",
+            "a.toml:3:42: invalid value: integer `2`, expected a number from 0 to 1",
         ),
         ("camera = { eye = [0, 0, inf] }\n", "a.toml:2:25: invalid value: "),
         ("camera = { eye = [0, 0, 1e300] }\n", "a.toml:2:25: invalid value: "),

@@ -1,7 +1,9 @@
-//! OBJ and STL files, good and broken: what is loaded, and what is said about the rest.
+//! OBJ, STL and glTF files, good and broken: what is loaded, and what is said about the rest.
 
 #[path = "support/files.rs"]
 mod files;
+#[path = "load_obj/gltf.rs"]
+mod gltf;
 #[path = "load_obj/odd.rs"]
 mod odd;
 #[path = "load_obj/packed.rs"]
@@ -178,17 +180,18 @@ fn files_that_are_not_there_or_not_obj() {
     let complaint = |path: &Path| load(path).unwrap_err().to_string();
     assert!(complaint(&folder.0.join("no.obj")).ends_with("no.obj: no such file; check the path"));
     assert!(complaint(&folder.0).contains("is a directory"));
-    let gltf = complaint(&folder.write("a.gltf", "{}\n"));
+    let fbx = complaint(&folder.write("a.fbx", "{}\n"));
     assert!(
-        gltf.ends_with(
-            ": this is in glTF format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), PLY (.ply), STL (.stl), NRRD \
-             (.nrrd, .nhdr), NIfTI (.nii), MetaImage (.mha, .mhd), LAMMPS dump (.lammpstrj, .lammpsdump, .dump), XYZ (.xyz, .extxyz), \
-             CSV (.csv, .tsv), Mobula scene (.toml), each also with .gz, raw voxels (--raw-dims) and raw particles (--raw-layout)"
+        fbx.ends_with(
+            ": this is in FBX format, which Mobula cannot load; Mobula loads Wavefront OBJ (.obj), PLY (.ply), STL (.stl), glTF (.gltf, \
+             .glb), NRRD (.nrrd, .nhdr), NIfTI (.nii), MetaImage (.mha, .mhd), LAMMPS dump (.lammpstrj, .lammpsdump, .dump), XYZ (.xyz, \
+             .extxyz), CSV (.csv, .tsv), Mobula scene (.toml), each also with .gz, raw voxels (--raw-dims) and raw particles \
+             (--raw-layout)"
         ),
-        "{gltf}"
+        "{fbx}"
     );
     assert!(complaint(&folder.write("a.abc", "hello\n")).contains("in no format that Mobula knows"));
-    assert!(complaint(&folder.write("a.glb.gz", gzip(b"glTF\x02"))).contains("in glTF format"));
+    assert!(complaint(&folder.write("a.glb.gz", gzip(b"glTF\x02"))).contains("ends in its header"));
     assert!(complaint(&folder.write("e.txt", "")).contains("the file is empty"));
 }
 

@@ -7,12 +7,12 @@ use mobula_core::simd::AnyToken;
 use crate::accel::AccelerationKind;
 use crate::balance::BalancerKind;
 use crate::camera::{Camera, Pinhole, View};
-use crate::image::{FrameBuffer, Size};
+use crate::image::{FrameBuffer, Size, SizeError};
 use crate::packet::{Packet, PacketWidth};
-use crate::pipeline::fault::scope;
+use crate::pipeline::fault::{fail, scope};
 use crate::pipeline::{Config, Frame, Pipeline, ThreadCountError};
 use crate::renderer::{Renderer, RendererKind};
-use crate::sampler::{PixelSampler, SamplerKind};
+use crate::sampler::{PixelSampler, SamplerKind, look};
 use crate::scene::{self, Scene, SceneDescription, SceneError};
 use crate::stack::{Context, Fragment, Statistics};
 use crate::tone::Tone;
@@ -36,6 +36,8 @@ pub struct Components {
     pub tone: Tone,
     /// Of how many frames samplers go on with the samples; 0: with none.
     pub frame: u32,
+    /// Do pictures get [`Layers`](crate::layers::Layers), for displays that show them?
+    pub layers: bool,
 }
 
 impl Components {
@@ -60,6 +62,7 @@ impl Components {
             renderer: RendererKind::Raytracer.build(),
             tone: Tone::default(),
             frame: 0,
+            layers: false,
         }
     }
 
@@ -113,7 +116,21 @@ impl Components {
         let renderer = &Named(&*self.renderer);
         let &Self { token, width, ref scene, tone, frame, .. } = self;
         let context = Context { token, width: width.rays(), scene, renderer, statistics, tone, frame };
-        scope("pixel sampler", || sampler.render_fragment(&context, &Named(&**camera), fragment, out));
+        let camera = &Named(&**camera);
+        if !self.layers {
+            return scope("pixel sampler", || sampler.render_fragment(&context, camera, fragment, out));
+        }
+        let size = out.size();
+        let Some(layers) = out.with_layers() else {
+            fail(SizeError::NoMemory { width: size.width(), height: size.height() })
+        };
+        scope("pixel sampler", || {
+            sampler.render_fragment(&context, camera, fragment, out);
+            // Of rays for a pixel only those of its colour are counted.
+            let statistics = &Statistics::default();
+            let size = [size.width() as u32, size.height() as u32];
+            look(&Context { statistics, ..context }, camera, fragment, size, layers);
+        });
     }
 }
 

@@ -5,7 +5,7 @@ use mobula_core::simd::AnyToken;
 use super::{Chosen, Components, RenderFrames, State};
 use crate::accel::AccelerationKind;
 use crate::balance::BalancerKind;
-use crate::camera::{CameraKind, View};
+use crate::camera::{CameraKind, Lens, View};
 use crate::image::Size;
 use crate::packet::PacketWidth;
 use crate::pipeline::{Config, Pipeline, ThreadCountError};
@@ -30,6 +30,8 @@ pub struct Settings {
     pub view: Option<View>,
     /// The camera.
     pub camera: CameraKind,
+    /// Its lens, if it has one.
+    pub lens: Lens,
     /// The renderer.
     pub renderer: RendererKind,
     /// The pixel sampler.
@@ -60,6 +62,7 @@ impl Default for Settings {
             size: Size::new(1024, 768).expect("a valid size"),
             view: None,
             camera: CameraKind::Pinhole,
+            lens: Lens::default(),
             renderer: RendererKind::Raytracer,
             sampler: SamplerKind::default(),
             traverser: TraverserKind::default(),
@@ -110,6 +113,7 @@ pub fn pipeline_with_geometry(
     let chosen = Chosen {
         view: settings.view.unwrap_or_else(|| stack.scene.view(aspect)),
         camera: settings.camera,
+        lens: settings.lens,
         renderer: settings.renderer,
         sampler: settings.sampler,
         shadows: settings.shadows,

@@ -7,7 +7,7 @@ use mobula_core::traverse::Paths;
 use super::Components;
 use super::refinement::{Refinement, ShownSamples};
 use crate::balance::BalancerKind;
-use crate::camera::{CameraKind, View};
+use crate::camera::{CameraKind, Lens, View};
 use crate::pipeline::fault::scope;
 use crate::pipeline::{Balance, Frame, Plan, Stage};
 use crate::progress::Progress;
@@ -37,6 +37,8 @@ pub struct Chosen {
     pub view: View,
     /// The first channel's camera.
     pub camera: CameraKind,
+    /// Its lens, if it has one.
+    pub lens: Lens,
     /// The renderer.
     pub renderer: RendererKind,
     /// The pixel sampler.
@@ -80,7 +82,7 @@ impl RayCounts {
 impl State {
     /// The state for a stack; `chosen` is what it renders from now on.
     pub fn new(mut stack: Components, traverser: Box<dyn ImageTraverser>, chosen: Chosen) -> Self {
-        stack.set_camera(0, chosen.camera.build(chosen.view));
+        stack.set_camera(0, chosen.camera.build(chosen.view, chosen.lens));
         stack.renderer = chosen.renderer.build();
         stack.sampler = chosen.sampler.build();
         stack.scene.shadows = chosen.shadows;
@@ -97,8 +99,8 @@ impl State {
     /// Changes what is rendered, and how. What is chosen as before stays as it is.
     pub fn choose(&mut self, chosen: Chosen) {
         let before = std::mem::replace(&mut self.chosen, chosen);
-        if before.view != chosen.view || before.camera != chosen.camera {
-            self.stack.set_camera(0, chosen.camera.build(chosen.view));
+        if (before.view, before.camera, before.lens) != (chosen.view, chosen.camera, chosen.lens) {
+            self.stack.set_camera(0, chosen.camera.build(chosen.view, chosen.lens));
         }
         if before.renderer != chosen.renderer {
             self.stack.renderer = chosen.renderer.build();

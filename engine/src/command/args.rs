@@ -30,8 +30,8 @@ use super::raw::RawOptions;
 use super::values::quoted;
 use super::values::{
     Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, crease,
-    distance, exposure, finite, fog, fov, part, plane, png, point, reach, samples, size, step_length, threads,
-    transfer, up, window,
+    distance, exposure, finite, focus, fog, fov, part, picture, plane, point, radius, rate, reach, samples, size,
+    step_length, threads, threshold, transfer, up, window,
 };
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -52,7 +52,7 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Render a scene to a PNG file
+    /// Render a scene to a picture file, or to several
     #[command(after_help = scenes_help(), allow_negative_numbers = true)]
     Render(RenderOptions),
     /// Open a scene in a window
@@ -126,7 +126,13 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "K", conflicts_with = "sampler", value_parser = samples)]
     pub(crate) samples: Option<SamplerKind>,
 
-    /// Pixel sampler: single, or sobol:N for N samples per pixel [default: sobol:16 for pictures in files, sobol:1024 in windows, else single]
+    /// Samples only where they are needed: until the error of a pixel is below THRESHOLD, in light from 0 to 1 (0.005 is hardly seen), up to
+    /// --samples [default: 256 of them]
+    #[arg(long, value_name = "THRESHOLD", conflicts_with = "sampler", value_parser = threshold)]
+    pub(crate) adaptive: Option<f64>,
+
+    /// Pixel sampler: single, sobol:N for N samples per pixel, or adaptive:N:THRESHOLD [default: sobol:16 for pictures in files, sobol:1024 in
+    /// windows, else single]
     #[arg(long, value_name = "NAME")]
     pub(crate) sampler: Option<SamplerKind>,
 
@@ -160,9 +166,17 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub(crate) at: Option<Point>,
 
-    /// Vertical field of view in degrees
+    /// Vertical field of view in degrees [default: frames the scene; 180 for fisheye]
     #[arg(long, value_name = "DEGREES", value_parser = fov)]
     pub(crate) fov: Option<f32>,
+
+    /// Radius of the lens of the camera thin-lens, in units of the scene [default: a 40th of the distance of what is in focus]
+    #[arg(long, value_name = "RADIUS", value_parser = radius)]
+    pub(crate) aperture: Option<f64>,
+
+    /// Distance of what the camera thin-lens has in focus [default: that of the point looked at]
+    #[arg(long, value_name = "DISTANCE", value_parser = focus)]
+    pub(crate) focus: Option<f64>,
 
     /// Which way is up: y, z or auto
     #[arg(long, value_name = "AXIS", default_value = "auto", value_parser = up)]
@@ -263,13 +277,23 @@ pub(crate) struct RenderOptions {
     #[command(flatten)]
     pub(crate) scene: SceneOptions,
 
-    /// The PNG file to write; with #### in its name every frame is, under its number in so many digits, at least two
-    #[arg(short, long, value_name = "FILE", default_value = "mobula.png", value_parser = png)]
+    /// The picture to write: PNG, JPEG, PPM or EXR, by the end of its name, or - for PPM on standard output; with #### in its name every
+    /// frame is, under its number in so many digits, at least two. EXR has light before --exposure and --tone, and as layers depth,
+    /// normals, colours of surfaces and numbers of what is seen
+    #[arg(short, long, value_name = "FILE", default_value = "mobula.png", value_parser = picture)]
     pub(crate) output: PathBuf,
 
     /// Frames to render; the last is written, or all of them if the file's name has a place for their numbers
     #[arg(short = 'n', long, value_name = "N", default_value_t = 1, value_parser = at_least_one)]
     pub(crate) frames: u64,
+
+    /// Goes once around the scene in so many frames, and writes each
+    #[arg(long, value_name = "N", value_parser = at_least_one, conflicts_with_all = ["frames", "channels"])]
+    pub(crate) turntable: Option<u64>,
+
+    /// Lets time go on from frame to frame, so many frames a second; a step lasts as long as the scene file says, else a frame
+    #[arg(long, value_name = "FPS", value_parser = rate)]
+    pub(crate) fps: Option<f64>,
 
     /// Draws what the colours of particles mean into a corner of the picture
     #[arg(long)]

@@ -4,6 +4,7 @@
 
 mod args;
 mod failure;
+mod film;
 mod histogram;
 mod info;
 mod manual;
@@ -37,6 +38,7 @@ use clap::{CommandFactory, FromArgMatches};
 use glam::Vec3;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
+use mobula::camera::{CameraKind, Fisheye, Lens};
 use mobula::light::Point;
 use mobula::load::{Loaded, printable};
 #[cfg(feature = "window")]
@@ -45,9 +47,7 @@ use mobula::medium::Fog;
 use mobula::pipeline::{Config, Pipeline};
 use mobula::renderer::RendererKind;
 use mobula::sampler::SamplerKind;
-#[cfg(feature = "window")]
-use mobula::scene::Time;
-use mobula::scene::{Geometries, Rendering, Steps};
+use mobula::scene::{Geometries, Rendering, Steps, Time};
 use mobula::stack::Scene;
 use mobula::tone::Tone;
 use mobula_core::simd::AnyToken;
@@ -74,6 +74,9 @@ macro_rules! tell {
     };
 }
 use tell;
+
+/// The most samples a pixel gets with `--adaptive` unless somebody says how many.
+const MOST_ADAPTIVE: u32 = 256;
 
 static QUIET: AtomicBool = AtomicBool::new(false);
 
@@ -200,6 +203,8 @@ struct Prepared {
     pipeline: Pipeline<State>,
     settings: Settings,
     name: String,
+    /// How time goes on.
+    time: Option<Time>,
     /// How long it took to build what finds hits, and what is known of volumes.
     build_seconds: f64,
     #[cfg(feature = "window")]
@@ -217,8 +222,6 @@ struct ForWindow {
     of_file: bool,
     /// The scene as a scene file.
     saved: Option<SavedScene>,
-    /// How time goes on.
-    time: Option<Time>,
     /// Has nobody said where to look from?
     automatic: bool,
     /// The files that it comes from.
@@ -226,8 +229,13 @@ struct ForWindow {
 }
 
 /// Does what the options say: chooses the level, says so, loads the scenes, builds the pipeline. `sampler` is for those who do
-/// not choose one.
-fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Result<Prepared, Failure> {
+/// not choose one. `all_steps`: not only the first step of time will be shown.
+fn prepare(
+    options: &SceneOptions,
+    on_demand: bool,
+    all_steps: bool,
+    sampler: SamplerKind,
+) -> Result<Prepared, Failure> {
     let token = match options.isa {
         Some(level) => AnyToken::for_level(level)?,
         None => AnyToken::from_env()?,
@@ -246,16 +254,25 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     // Options win over what scene files say.
     let said = scene.rendering.clone();
     let usual = Settings::default();
+    let adaptive = options.adaptive.map(|threshold| {
+        let most = options.samples.map_or(MOST_ADAPTIVE, SamplerKind::samples);
+        SamplerKind::adaptive(most, threshold)
+    });
     // A window refines its pictures however many samples a file has.
     let filed = said.sampler.map(|said| if on_demand { sampler.filtered_as(said) } else { said });
-    let of_pixels = options.samples.or(options.sampler).or(filed).unwrap_or(sampler);
+    let of_pixels = adaptive.or(options.samples).or(options.sampler).or(filed).unwrap_or(sampler);
+    let lens_given = options.aperture.is_some() || options.focus.is_some();
     let mut settings = Settings {
         token,
         packet,
         threads,
         size: options.size.or(said.size).unwrap_or(usual.size),
         view: None,
-        camera: options.camera.or(said.camera).unwrap_or(usual.camera),
+        camera: options.camera.or(lens_given.then_some(CameraKind::ThinLens)).or(said.camera).unwrap_or(usual.camera),
+        lens: Lens {
+            aperture: options.aperture.map(|radius| (radius * place.scale) as f32).or(said.aperture),
+            focus: options.focus.map(|distance| (distance * place.scale) as f32).or(said.focus),
+        },
         renderer: options.renderer.or(said.renderer).unwrap_or(usual.renderer),
         sampler: options.filter.into_iter().fold(of_pixels, SamplerKind::with_filter),
         traverser: options.traverser,
@@ -269,8 +286,11 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         occlusion: options.ao.map(|reach| (reach * place.scale) as f32).or(said.occlusion).filter(|&reach| reach > 0.0),
         on_demand,
     };
+    if lens_given && settings.camera != CameraKind::ThinLens {
+        say!("mobula: warning: --aperture, --focus: the camera {} has no lens; thin-lens has", settings.camera);
+    }
     let step = options.volumes.step.or(said.time.map(|time| time.shown)).unwrap_or(0);
-    let steps = Steps { shown: step, all: on_demand, memory: memory.limit() };
+    let steps = Steps { shown: step, all: all_steps, memory: memory.limit() };
     shown::without_effect(&scene, &options.volumes).iter().for_each(|warning| say!("mobula: warning: {warning}"));
     let build = Build::from(settings.acceleration);
     particles::without_effect(&scene, &options.particles).iter().for_each(|warning| say!("mobula: warning: {warning}"));
@@ -310,12 +330,25 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     #[cfg(feature = "window")]
     let usual_view = (scene.view.is_none(), chosen.view);
     // Where the command line says which axis is up, it is that of the view too.
+    let fov_said = said.fov;
     let up = said.up.filter(|_| options.up.0.is_none());
     chosen.view = Rendering { up, ..said }.view(chosen.view);
     let put = |point: values::Point| Vec3::from(place.put(point.0));
     chosen.view.eye = options.eye.map_or(chosen.view.eye, put);
     chosen.view.at = options.at.map_or(chosen.view.at, put);
-    chosen.view.fov = options.fov.unwrap_or(chosen.view.fov);
+    let usual = if settings.camera == CameraKind::Fisheye && fov_said.is_none() {
+        Fisheye::DEFAULT_FOV
+    } else {
+        chosen.view.fov
+    };
+    chosen.view.fov = options.fov.unwrap_or(usual);
+    let widest = settings.camera.widest();
+    if chosen.view.fov > widest {
+        return Err(Failure::Usage(format!(
+            "--fov {}: the camera {} has a field of view of at most {widest} degrees; fisheye has up to 360",
+            chosen.view.fov, settings.camera
+        )));
+    }
     if chosen.view.eye == chosen.view.at {
         let problem = "the eye is where it looks at, so that it looks nowhere: --eye and --at must be different points";
         return Err(Failure::Usage(problem.to_owned()));
@@ -329,12 +362,13 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         let options = saved::options(options, particles, &scene, &state.stack.scene, &place);
         let saved = if on_demand { saved::scene(&options, &scene, of_file, place) } else { None };
         let files = view::files(&options.scenes, &scene.objects);
-        ForWindow { options, place, of_file, saved, time: said.time, automatic, files }
+        ForWindow { options, place, of_file, saved, automatic, files }
     };
     Ok(Prepared {
         pipeline,
         settings,
         name: scene.name,
+        time: said.time,
         build_seconds: shown_seconds + seconds,
         #[cfg(feature = "window")]
         window,

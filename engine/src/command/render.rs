@@ -1,10 +1,10 @@
-//! `mobula render`: a scene to a PNG file.
+//! `mobula render`: a scene to picture files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mobula::app::{RayCounts, State};
-use mobula::display::png::is_numbered;
+use mobula::display::is_numbered;
 use mobula::load::printable;
 use mobula::pipeline::{Pipeline, Report};
 use mobula::sampler::{Filter, SamplerKind};
@@ -15,19 +15,25 @@ use super::args::{RenderOptions, SceneOptions};
 use super::failure::Failure;
 use super::progress::watch;
 use super::scene::grouped;
-use super::{Prepared, prepare, print_object, say, signals, tell, viewpoints};
+use super::{Prepared, film, prepare, print_object, say, signals, tell, viewpoints};
 
 /// How files are sampled unless somebody says how.
 const STILL: SamplerKind = SamplerKind::Sobol { samples: 16, filter: Filter::Gaussian };
 
 pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
-    let Prepared { mut pipeline, settings, build_seconds, .. } = prepare(&options.scene, false, STILL)?;
-    let outputs = viewpoints::add(&mut pipeline, &settings, options)?;
+    let film = options.fps.is_some();
+    let Prepared { mut pipeline, settings, build_seconds, time, .. } = prepare(&options.scene, false, film, STILL)?;
+    let frames = options.turntable.unwrap_or(options.frames);
+    let output = if options.turntable.is_some() { film::numbered(&options.output) } else { options.output.clone() };
+    let outputs = viewpoints::add(&mut pipeline, &settings, options, &output)?;
+    if let Some(fps) = options.fps {
+        film::go_on(&mut pipeline, fps, time);
+    }
     if settings.traverser == TraverserKind::Tiled {
         let pixels = settings.size.pixels() as u64 * outputs.channels();
-        pipeline.state().progress.expect(pixels.saturating_mul(options.frames));
+        pipeline.state().progress.expect(pixels.saturating_mul(frames));
     }
-    let report = run(&mut pipeline, options)?;
+    let report = run(&mut pipeline, frames, &output)?;
     let outputs = outputs.finish(&mut pipeline, report.frames)?;
 
     let rays = pipeline.state().rays();
@@ -86,14 +92,14 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
 }
 
 /// Runs the pipeline so that Ctrl-C ends it between two tiles.
-fn run(pipeline: &mut Pipeline<State>, options: &RenderOptions) -> Result<Report, Failure> {
+fn run(pipeline: &mut Pipeline<State>, frames: u64, output: &Path) -> Result<Report, Failure> {
     let (handle, progress) = (pipeline.handle(), pipeline.state().progress.clone());
-    let rendering = || watch("rendering", &progress, || pipeline.run_refined(options.frames));
+    let rendering = || watch("rendering", &progress, || pipeline.run_refined(frames));
     let (report, interrupted) = signals::stopping(handle, rendering);
     let report = report?;
     match interrupted {
         false => Ok(report),
-        true if is_numbered(&options.output) => Err(Failure::Interrupted(report.frames.saturating_sub(1))),
+        true if is_numbered(output) => Err(Failure::Interrupted(report.frames.saturating_sub(1))),
         true => Err(Failure::Interrupted(0)),
     }
 }
@@ -159,6 +165,8 @@ pub(crate) fn render_default(options: &SceneOptions) -> Result<(), Failure> {
         scene,
         output,
         frames: 1,
+        turntable: None,
+        fps: None,
         channels: 1,
         stereo: None,
         eye_distance: None,

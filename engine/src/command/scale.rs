@@ -53,7 +53,7 @@ pub(crate) struct ScaleOptions {
 }
 
 pub(crate) fn scale(options: &ScaleOptions) -> Result<(), Failure> {
-    let Prepared { mut pipeline, settings, name, .. } = prepare(&options.scene, false, SamplerKind::Single)?;
+    let Prepared { mut pipeline, settings, name, .. } = prepare(&options.scene, false, false, SamplerKind::Single)?;
     pipeline.add_stage(DisplayStage::new().with(0, NullDisplay));
     let tile = TileSize { width: options.tile_size as usize, height: options.tile_size as usize };
     let (rounds, frames) = (options.rounds as usize, options.frames);

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use mobula::background::{self, Background, BackgroundKind};
 use mobula::camera::Up;
+use mobula::choice::list;
 use mobula::color;
+use mobula::display::{PictureFormat, STANDARD_OUTPUT};
 use mobula::image::Size;
 use mobula::medium::{Fog, LEAST_STEP};
 use mobula::pipeline::MAX_THREADS;
@@ -145,6 +147,11 @@ pub(super) fn samples(text: &str) -> Result<SamplerKind, String> {
     count.map(SamplerKind::of_samples).ok_or_else(|| format!("there can be 1 to {} samples", Sobol::MOST))
 }
 
+pub(super) fn threshold(text: &str) -> Result<f64, String> {
+    let threshold = text.parse().ok().filter(|threshold| (1e-6..=1.0).contains(threshold));
+    threshold.ok_or_else(|| "give a number from 0.000001 to 1, such as 0.005".into())
+}
+
 /// A point with the numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point(pub(super) [f64; 3]);
@@ -192,8 +199,18 @@ pub(super) fn plane(text: &str) -> Result<Plane, String> {
 }
 
 pub(super) fn fov(text: &str) -> Result<f32, String> {
-    let angle = text.parse().ok().filter(|angle| (1.0..=170.0).contains(angle));
-    angle.ok_or_else(|| "give an angle from 1 to 170 degrees".into())
+    let angle = text.parse().ok().filter(|angle| (1.0..=360.0).contains(angle));
+    angle.ok_or_else(|| "give an angle from 1 to 170 degrees, for a fisheye camera to 360".into())
+}
+
+pub(super) fn radius(text: &str) -> Result<f64, String> {
+    let radius = text.parse().ok().filter(|radius| (0.0..=1e30).contains(radius));
+    radius.ok_or_else(|| "give a number, 0 or more".into())
+}
+
+pub(super) fn focus(text: &str) -> Result<f64, String> {
+    let distance = text.parse().ok().filter(|distance| *distance > 0.0 && *distance <= 1e30);
+    distance.ok_or_else(|| "give a number above 0".into())
 }
 
 pub(super) fn crease(text: &str) -> Result<f32, String> {
@@ -234,25 +251,35 @@ pub(super) fn fog(text: &str) -> Result<Fog, String> {
     }
 }
 
-pub(super) fn png(text: &str) -> Result<PathBuf, String> {
+pub(super) fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate| (1e-3..=1e6).contains(rate));
+    rate.ok_or_else(|| "give a number of frames a second, such as 25".into())
+}
+
+pub(super) fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     if text.is_empty() {
         return Err("give the name of a file".to_owned());
+    }
+    if text == STANDARD_OUTPUT {
+        return Ok(path);
     }
     if path.is_dir() || path.file_name().is_none() || text.ends_with('/') {
         let end = if text.ends_with('/') { "" } else { "/" };
         return Err(format!("that is a folder; name a file in it, such as {text}{end}mobula.png"));
     }
     let device = path.metadata().is_ok_and(|there| !there.is_file());
-    let end = path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase());
-    match end.as_deref() {
-        _ if device => Ok(path),
-        Some("png") => Ok(path),
-        Some("jpg" | "jpeg" | "exr" | "hdr" | "ppm" | "pfm" | "tga" | "tif" | "tiff" | "bmp" | "webp" | "gif") => {
-            Err(format!("pictures are written as PNG; name it {}", path.with_extension("png").display()))
-        }
-        _ => Err(format!("pictures are written as PNG; name it {text}.png")),
+    if device || PictureFormat::of(&path).is_some() {
+        return Ok(path);
     }
+    const OTHERS: [&str; 8] = ["hdr", "pfm", "tga", "tif", "tiff", "bmp", "webp", "gif"];
+    let end = path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase());
+    let name = match end {
+        Some(end) if OTHERS.contains(&&*end) => path.with_extension("png").display().to_string(),
+        _ => format!("{text}.png"),
+    };
+    let ends = PictureFormat::ALL.iter().flat_map(|format| format.extensions()).copied().collect::<Vec<_>>();
+    Err(format!("names of pictures end in {}; name it {name}", list(&ends)))
 }
 
 #[cfg(test)]
@@ -305,15 +332,15 @@ mod tests {
             assert!(fog(bad).is_err(), "{bad}");
         }
         for (name, expected) in [
-            ("a.jpg", "name it a.png"),
+            ("a.gif", "name it a.png"),
             ("b/a", "name it b/a.png"),
             ("a.b", "name it a.b.png"),
             (".", "such as ./mobula.png"),
             ("none/", "such as none/mobula.png"),
         ] {
-            assert!(png(name).unwrap_err().ends_with(expected), "{name}: {:?}", png(name));
+            assert!(picture(name).unwrap_err().ends_with(expected), "{name}: {:?}", picture(name));
         }
-        assert!(png("b.PNG").is_ok() && png("####.png").is_ok());
+        assert!(["b.PNG", "####.png", "a.jpg", "a.exr", "-"].iter().all(|name| picture(name).is_ok()));
         assert_eq!(lengths("0.5,1,2"), Ok(Lengths([0.5, 1.0, 2.0])));
         for bad in ["", "1,1", "1,0,1", "1,nan,1", "1,-1,1", "1,inf,1"] {
             assert!(lengths(bad).is_err(), "{bad}");

@@ -82,8 +82,8 @@ impl Loader for Scenes {
 /// A scene for the window.
 fn ready(options: &SceneOptions) -> Result<Ready, Failure> {
     let sampler = SamplerKind::of_samples(SAMPLES);
-    let Prepared { pipeline, settings, name, window, .. } = prepare(options, true, sampler)?;
-    let ForWindow { options, place, of_file, saved, time, automatic, files } = window;
+    let Prepared { pipeline, settings, name, time, window, .. } = prepare(options, true, true, sampler)?;
+    let ForWindow { options, place, of_file, saved, automatic, files } = window;
     let scene = options.scene_words();
     let shading = match options.volumes.shading {
         Shading::Auto => None,

@@ -1,15 +1,18 @@
 //! Viewpoints of `mobula render`: one, several around the scene, or two eyes; all in the same balanced stage. And where their
 //! pictures go.
 
+use std::error::Error;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use mobula::app::{Settings, State};
-use mobula::display::legend;
-use mobula::display::png::{PngDisplay, is_numbered};
+use mobula::app::{Chosen, Settings, State};
+use mobula::display::{PictureError, PictureFile, STANDARD_OUTPUT, is_numbered, legend};
 use mobula::pipeline::{Display, DisplayStage, Picture, Pipeline};
+use mobula::traverse::TraverserKind;
 
 use super::args::RenderOptions;
 use super::failure::Failure;
+use super::film;
 use super::say;
 
 /// The eyes are as far apart as this part of the distance to what they look at.
@@ -18,7 +21,7 @@ const APART: f32 = 1.0 / 30.0;
 /// Where the pictures of a run go.
 pub(crate) struct Outputs {
     /// One a channel, or one for both eyes.
-    files: Vec<PngDisplay>,
+    files: Vec<PictureFile>,
     /// What shows the last frame of each channel after the run; where every frame is written, the pipeline does.
     last: Vec<Box<dyn Display>>,
 }
@@ -28,7 +31,10 @@ pub(crate) fn add(
     pipeline: &mut Pipeline<State>,
     settings: &Settings,
     options: &RenderOptions,
+    output: &Path,
 ) -> Result<Outputs, Failure> {
+    check(options, output)?;
+    pipeline.state().stack.layers = PictureFile::new(output).format().has_layers();
     let view = pipeline.state().chosen().view;
     let mut displays: Vec<Box<dyn Display>> = Vec::new();
     let mut coloured = pipeline.state().stack.scene.geometry.list().iter().filter_map(|one| one.downcast_ref());
@@ -41,9 +47,10 @@ pub(crate) fn add(
         let [left, right] = view.eyes(options.eye_distance.unwrap_or(view.distance() * APART));
         let channel = pipeline.add_channel("right eye", settings.size);
         let state = pipeline.state();
-        state.choose(mobula::app::Chosen { view: left, ..*state.chosen() });
-        state.stack.set_view(channel, right);
-        let file = PngDisplay::new(&options.output).with_sheet(legend);
+        state.choose(Chosen { view: left, ..*state.chosen() });
+        let Chosen { camera, lens, .. } = *state.chosen();
+        state.stack.set_camera(channel, camera.build(right, lens));
+        let file = PictureFile::new(output).with_sheet(legend);
         displays.extend(stereo.displays(file.clone()).map(|eye| Box::new(eye) as Box<dyn Display>));
         vec![file]
     } else {
@@ -51,20 +58,52 @@ pub(crate) fn add(
         for index in 1..count {
             let turn = std::f32::consts::TAU * index as f32 / count as f32;
             let channel = pipeline.add_channel(format!("viewpoint {index}"), settings.size);
-            pipeline.state().stack.set_view(channel, view.orbit(turn, 0.0));
+            let state = pipeline.state();
+            let Chosen { camera, lens, .. } = *state.chosen();
+            state.stack.set_camera(channel, camera.build(view.orbit(turn, 0.0), lens));
         }
-        let display = |file| PngDisplay::new(file).with_sheet(legend.clone());
-        let files: Vec<_> = files(&options.output, count).into_iter().map(display).collect();
+        if let Some(frames) = options.turntable {
+            film::turn(pipeline, frames, |view| vec![view]);
+        }
+        let display = |file| PictureFile::new(file).with_sheet(legend.clone());
+        let files: Vec<_> = files(output, count).into_iter().map(display).collect();
         displays.extend(files.iter().map(|file| Box::new(file.clone()) as Box<dyn Display>));
         files
     };
-    if !is_numbered(&options.output) {
+    if !is_numbered(output) {
         return Ok(Outputs { files, last: displays });
     }
     let stage = DisplayStage::new();
     displays.into_iter().enumerate().for_each(|(channel, display)| stage.attach(channel, display));
     pipeline.add_stage(stage);
     Ok(Outputs { files, last: Vec::new() })
+}
+
+/// Refuses what does not go together.
+fn check(options: &RenderOptions, output: &Path) -> Result<(), Failure> {
+    let format = PictureFile::new(output).format();
+    let no = |text: &str| Err(Failure::Usage(text.to_owned()));
+    if output == Path::new(STANDARD_OUTPUT) {
+        if options.json {
+            return no("--json, -o -: both want standard output; name a file for the picture");
+        }
+        if options.channels > 1 || options.turntable.is_some() {
+            return no("-o -: one picture goes to standard output; name a file for several");
+        }
+    }
+    if format.has_layers() {
+        if options.stereo.is_some() {
+            return no("--stereo: EXR files have layers of one view; render both with --eye, or name a PNG file");
+        }
+        if options.legend {
+            say!("mobula: warning: --legend: EXR files hold light, which nothing is drawn over");
+        }
+    }
+    let film = options.turntable.is_some() || options.fps.is_some();
+    if film && options.scene.traverser != TraverserKind::Tiled {
+        return no("--turntable, --fps: frames that differ are not refined one by the next; leave out --traverser");
+    }
+    Ok(())
 }
 
 impl Outputs {
@@ -78,10 +117,22 @@ impl Outputs {
         for (channel, display) in self.last.iter_mut().enumerate() {
             let Some((frame, buffer)) = pipeline.picture(channel) else { continue };
             let picture = Picture { frame, channel, name: "", size: buffer.size(), buffer };
-            display.show(&picture).map_err(|error| Failure::Output(error.to_string()))?;
+            display.show(&picture).map_err(|error| failure(&*error))?;
         }
         let numbers = if self.last.is_empty() { 0..frames } else { 0..1 };
         Ok(self.files.iter().flat_map(|file| numbers.clone().map(|frame| file.file(frame))).collect())
+    }
+}
+
+/// What could not be written. That nobody reads standard output to its end is no news.
+fn failure(error: &(dyn Error + 'static)) -> Failure {
+    match error.downcast_ref::<PictureError>() {
+        Some(PictureError { file, problem })
+            if file == Path::new(STANDARD_OUTPUT) && problem.kind() == io::ErrorKind::BrokenPipe =>
+        {
+            Failure::NobodyReads
+        }
+        _ => Failure::Output(error.to_string()),
     }
 }
 

@@ -2,64 +2,35 @@
 //!
 //! They are whole or not there, as [`output`] says.
 
-use std::error::Error;
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
-use super::sheet::Sheet;
+use super::error::PictureError;
 use crate::image::FrameBuffer;
 use crate::output;
-use crate::pipeline::{Display, Picture, Shown};
-
-/// A picture that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: cannot be written: {problem}; {}", file.display(), remedy(problem))]
-pub struct PngError {
-    /// The file as it was named.
-    pub file: PathBuf,
-    /// What the system said.
-    pub problem: io::Error,
-}
-
-fn remedy(problem: &io::Error) -> &'static str {
-    match problem.kind() {
-        io::ErrorKind::NotFound => "make the folder first",
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free some space or choose another folder",
-        io::ErrorKind::IsADirectory => "add a file name",
-        io::ErrorKind::InvalidFilename => "choose a shorter name",
-        _ => "choose another folder",
-    }
-}
 
 /// Writes a picture, without its alpha. Either the whole file is there afterwards, or what was there before.
 ///
 /// # Errors
 /// If it cannot be written; the error names the file.
-pub fn write_png(file: &Path, picture: &FrameBuffer) -> Result<(), PngError> {
+pub fn write_png(file: &Path, picture: &FrameBuffer) -> Result<(), PictureError> {
     let (size, pixels) = (picture.size(), picture.pixels());
     write_pixels(file, [size.width(), size.height()], pixels)
-}
-
-/// As [`write_png`], with a sheet over the picture.
-fn write_covered(file: &Path, picture: &FrameBuffer, sheet: &Sheet) -> Result<(), PngError> {
-    let size = [picture.size().width(), picture.size().height()];
-    // Sheets have their bytes the other way round.
-    let mut pixels: Vec<u32> = picture.pixels().map(|pixel| pixel.swap_bytes() >> 8).collect();
-    pixels.chunks_exact_mut(size[0]).enumerate().for_each(|(y, row)| sheet.cover(size, y, row));
-    write_pixels(file, size, pixels.into_iter().map(|pixel| (pixel << 8).swap_bytes()))
 }
 
 /// As [`write_png`], from pixels as [`rgba8`](crate::image::rgba8) packs them, row by row from the top.
 ///
 /// # Errors
 /// If it cannot be written; the error names the file.
-pub fn write_pixels(file: &Path, size: [usize; 2], pixels: impl ExactSizeIterator<Item = u32>) -> Result<(), PngError> {
-    output::write(file, |handle| encode(handle, size, pixels))
-        .map_err(|problem| PngError { file: file.to_owned(), problem })
+pub fn write_pixels(
+    file: &Path,
+    size: [usize; 2],
+    pixels: impl ExactSizeIterator<Item = u32>,
+) -> Result<(), PictureError> {
+    output::write(file, |handle| encode(handle, size, pixels)).map_err(|problem| PictureError::new(file, problem))
 }
 
 /// Rows shorter than this, in pixels, are not filtered: to filter and compress each for itself costs more than it has pixels.
@@ -67,8 +38,9 @@ const NARROW: usize = 64;
 /// Nor are rows longer than this: the filter keeps several of them.
 const WIDE: usize = 1 << 20;
 
-fn encode(handle: File, size: [usize; 2], pixels: impl Iterator<Item = u32>) -> io::Result<()> {
-    let mut out = BufWriter::with_capacity(1 << 16, handle);
+/// Encodes pixels as [`rgba8`](crate::image::rgba8) packs them, row by row from the top.
+pub(super) fn encode(out: impl Write, size: [usize; 2], pixels: impl Iterator<Item = u32>) -> io::Result<()> {
+    let mut out = BufWriter::with_capacity(1 << 16, out);
     let mut encoder = png::Encoder::new(&mut out, size[0] as u32, size[1] as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
@@ -140,64 +112,12 @@ fn plain(error: png::EncodingError) -> io::Error {
     }
 }
 
-/// Writes pictures to a file, each in place of the one before; or, if there are marks `#` in the file's name, each to a file of its
-/// own: the last marks, two or more, become the number of the frame, of so many digits or more.
-#[derive(Clone, Debug)]
-pub struct PngDisplay {
-    file: PathBuf,
-    /// What is laid over each picture.
-    sheet: Option<Sheet>,
-}
-
-impl PngDisplay {
-    /// Its name in faults.
-    pub const NAME: &str = "PNG display";
-
-    /// Writes every frame that it is shown.
-    pub fn new(file: impl Into<PathBuf>) -> Self {
-        Self { file: file.into(), sheet: None }
-    }
-
-    /// With something laid over each picture.
-    pub fn with_sheet(self, sheet: Option<Sheet>) -> Self {
-        Self { sheet, ..self }
-    }
-
-    /// The file of a frame.
-    pub fn file(&self, frame: u64) -> PathBuf {
-        let name = self.file.file_name().unwrap_or_default().to_string_lossy();
-        let Some(last) = name.rfind("##").map(|at| at + 1) else { return self.file.clone() };
-        let before = name[..last].trim_end_matches('#');
-        let digits = last + 1 - before.len();
-        self.file.with_file_name(format!("{before}{frame:0digits$}{}", &name[last + 1..]))
-    }
-}
-
-/// Does the name of a file have a place for the numbers of frames, as [`PngDisplay`] fills it?
-pub fn is_numbered(file: &Path) -> bool {
-    file.file_name().is_some_and(|name| name.to_string_lossy().contains("##"))
-}
-
-impl Display for PngDisplay {
-    fn name(&self) -> &str {
-        Self::NAME
-    }
-
-    fn show(&mut self, picture: &Picture<'_>) -> Result<Shown, Box<dyn Error + Send + Sync>> {
-        let file = self.file(picture.frame);
-        match &self.sheet {
-            Some(sheet) => write_covered(&file, picture.buffer, sheet)?,
-            None => write_png(&file, picture.buffer)?,
-        }
-        Ok(Shown::Continue)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::image::rgba8;
-    use std::fs;
+    use std::fs::{self, File};
+    use std::path::PathBuf;
     use std::time::Instant;
 
     fn picture() -> FrameBuffer {
@@ -214,14 +134,6 @@ mod tests {
         let path = std::env::temp_dir().join(format!("mobula-png-{test}-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         path
-    }
-
-    #[test]
-    fn frames_are_numbered_where_there_are_marks() {
-        let names = ["a/##.png", "a/b-####.png", "#-##-#", "C#.png", "##a/b.png"];
-        let files = names.map(|name| PngDisplay::new(name).file(107));
-        assert_eq!(files, ["a/107.png", "a/b-0107.png", "#-107-#", "C#.png", "##a/b.png"].map(PathBuf::from));
-        assert_eq!(names.map(|name| is_numbered(name.as_ref())), [true, true, true, false, false]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use mobula_core::leaf::{Block, TriangleBlock};
 
-use super::triangle::{Interpolated, Planes, barycentric, normal_f64, surely_has_area};
+use super::triangle::{Interpolated, Planes, barycentric, normal_f64, surely_has_area, to_edges};
 use super::{Census, DEFAULT_MATERIAL, Geometry, InTree, Item, Structure, Tree, draw, shift_material};
 use crate::accel::Build;
 use crate::packet::{Hits, Surface, set_vec3};
@@ -289,6 +289,14 @@ impl Surface for Mesh {
             set_vec3(&mut out_u, i, du);
             set_vec3(&mut out_v, i, dv);
         }
+    }
+
+    fn edges(&self, hits: &Hits<'_>, [distances, radii]: [&mut [f32]; 2]) -> bool {
+        for (i, &k) in hits.primitives.iter().enumerate() {
+            let corners = self.corners(k as usize).unwrap_or_default();
+            (distances[i], radii[i]) = to_edges(corners, hits.ray(i));
+        }
+        true
     }
 
     /// Interpolated, if corners have colours.

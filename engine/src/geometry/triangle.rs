@@ -188,6 +188,19 @@ pub(super) fn barycentric([a, b, c]: [Vec3; 3], (origin, direction): (Vec3, Vec3
     [u, v, 1.0 - u - v]
 }
 
+/// The distance from where a ray meets a triangle to its nearest edge, and the radius of its inscribed circle.
+pub(super) fn to_edges(corners: [Vec3; 3], ray: (Vec3, Vec3)) -> (f32, f32) {
+    let [a, b, c] = corners;
+    let [bc, ca, ab] = [c - b, a - c, b - a].map(|edge| edge.length());
+    // Twice the area over an edge is the height above it.
+    let area2 = (b - a).cross(c - a).length();
+    let [u, v, w] = barycentric(corners, ray);
+    let above = |part: f32, edge: f32| if edge > 0.0 { part * area2 / edge } else { 0.0 };
+    let perimeter = bc + ca + ab;
+    let radius = if perimeter > 0.0 { area2 / perimeter } else { 0.0 };
+    (above(u, bc).min(above(v, ca)).min(above(w, ab)), radius)
+}
+
 /// Has a triangle surely an area, and finite corners? A quick test of all but the thinnest, tiniest and largest, of which
 /// [`normal_f64`] must tell.
 #[inline(always)]

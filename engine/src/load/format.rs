@@ -7,7 +7,7 @@ use super::loaded::Loaded;
 use super::options::{Load, Options};
 use super::particles::{self, csv, lammps, xyz};
 use super::volume::{meta_image, nifti, nrrd, raw};
-use super::{LoadError, obj, ply, scene_file, stl};
+use super::{LoadError, gltf, obj, ply, scene_file, stl};
 use crate::geometry::CREASE_ANGLE;
 
 /// A format that can be loaded.
@@ -28,6 +28,7 @@ pub const FORMATS: &[Format] = &[
     Format { name: "Wavefront OBJ", extensions: &[".obj"], sniff: obj::looks_like, load: obj::load },
     Format { name: "PLY", extensions: &[".ply"], sniff: ply::looks_like, load: ply::load },
     Format { name: "STL", extensions: &[".stl"], sniff: stl::looks_like, load: stl::load },
+    Format { name: "glTF", extensions: &[".gltf", ".glb"], sniff: gltf::looks_like, load: gltf::load },
     Format { name: "NRRD", extensions: &[".nrrd", ".nhdr"], sniff: nrrd::looks_like, load: nrrd::load },
     Format { name: "NIfTI", extensions: &[".nii"], sniff: nifti::looks_like, load: nifti::load },
     Format { name: "MetaImage", extensions: &[".mha", ".mhd"], sniff: meta_image::looks_like, load: meta_image::load },
@@ -126,8 +127,7 @@ fn load_any(file: &Path, options: &Options, allowed: fn(&Format) -> bool) -> Res
 
 /// The name of a format that we know but cannot load.
 fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 7] = [
-        (b"glTF", "glTF"),
+    const MAGIC: [(&[u8], &str); 6] = [
         (b"PK\x03\x04", "ZIP"),
         (b"\x89PNG", "PNG"),
         (b"<?xml", "XML"),
@@ -135,8 +135,8 @@ fn known_format(start: &[u8], name: &str) -> Option<&'static str> {
         (b"\x89HDF", "HDF5"),
         (b"CDF", "NetCDF"),
     ];
-    const EXTENSIONS: [(&str, &str); 5] =
-        [(".gltf", "glTF"), (".fbx", "FBX"), (".dcm", "DICOM"), (".3ds", "3DS"), (".mtl", "material (MTL)")];
+    const EXTENSIONS: [(&str, &str); 4] =
+        [(".fbx", "FBX"), (".dcm", "DICOM"), (".3ds", "3DS"), (".mtl", "material (MTL)")];
     let magic = MAGIC.iter().find(|(magic, _)| start.starts_with(magic)).map(|&(_, format)| format);
     magic.or_else(|| EXTENSIONS.iter().find(|(end, _)| name.ends_with(end)).map(|&(_, format)| format))
 }

@@ -11,6 +11,7 @@
 //! | `obj`, `obj_pieces`, `obj_read` | OBJ: one mesh of what its statements say; threads that read pieces; the statements |
 //! | `mtl`, `mtl_check`, `mtl_maps` | materials of OBJ files through `tobj`; what a line must look like before it sees it; their textures |
 //! | `textures` | pictures that a model wants, each once |
+//! | `gltf` | glTF and GLB: meshes, materials, a camera, lights |
 //! | `ply` | PLY: a mesh, or particles |
 //! | `stl` | STL: triangles as text or binary |
 //! | `particles` | CSV, XYZ, dumps of LAMMPS and raw numbers: particles |
@@ -33,6 +34,7 @@ mod beside;
 mod binary;
 mod error;
 mod format;
+mod gltf;
 mod input;
 mod lines;
 mod loaded;

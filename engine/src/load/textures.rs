@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use crate::texture::{Encoding, Picture, Texels, Texture};
 
 /// What a picture is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Use {
     /// Colours.
     Color,

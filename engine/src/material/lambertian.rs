@@ -7,7 +7,6 @@ use crate::lanes::{add, dot, load3, scale, store3};
 use crate::lighting::Arriving;
 use crate::packet::{Columns3, SubPacket, part_mut, set_vec3, vec3};
 use crate::scratch::lend;
-use crate::shading::sample;
 use crate::stack::{Context, Lit, Material};
 use crate::texture::Maps;
 
@@ -44,10 +43,6 @@ impl Material for Lambertian {
 
     fn maps(&self) -> &Maps {
         &self.maps
-    }
-
-    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
-        show_base_color(hits, self.diffuse, &self.maps);
     }
 
     fn base_color(&self) -> Vec3 {
@@ -93,7 +88,7 @@ impl Task for Scatter<'_, '_> {
 pub(super) fn diffuse(hits: &mut SubPacket<'_>, color: Vec3, maps: &Maps, light: &mut Columns3) {
     let count = hits.len();
     if let Some(map) = &maps.color {
-        sample(hits, map, |i, texel| {
+        hits.sample(map, |i, texel| {
             let scattered = texel.truncate() * vec3(light, i);
             set_vec3(light, i, scattered);
         });
@@ -107,18 +102,6 @@ pub(super) fn diffuse(hits: &mut SubPacket<'_>, color: Vec3, maps: &Maps, light:
             for (light, color) in light.iter_mut().zip(color.to_array()) {
                 light[..count].iter_mut().for_each(|light| *light *= color);
             }
-        }
-    }
-}
-
-/// Shows a surface of this colour without any light.
-pub(super) fn show_base_color(hits: &mut SubPacket<'_>, color: Vec3, maps: &Maps) {
-    match &maps.color {
-        None => hits.fill_color(color),
-        Some(map) => {
-            let colors: &mut Columns3 = &mut lend(hits.width());
-            sample(hits, map, |i, texel| set_vec3(colors, i, color * texel.truncate()));
-            hits.set_colors(colors);
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::lambertian::{diffuse, scatter, show_base_color};
+use super::lambertian::{diffuse, scatter};
 use crate::math::{normalize, pow};
 use crate::packet::{Column, Columns3, SubPacket, add_vec3, set_vec3, vec3};
 use crate::scratch::lend;
@@ -115,10 +115,6 @@ impl Material for Phong {
 
     fn base_color(&self) -> Vec3 {
         self.sound().diffuse
-    }
-
-    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
-        show_base_color(hits, self.base_color(), &self.maps);
     }
 
     /// Mirroring, which grows towards grazing angles, is left aside.

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::lambertian::{diffuse, show_base_color};
+use super::lambertian::diffuse;
 use crate::packet::{Columns3, SubPacket};
 use crate::scratch::lend;
 use crate::stack::{Context, Lit, Material};
@@ -44,10 +44,6 @@ impl Material for Flat {
 
     fn maps(&self) -> &Maps {
         &self.maps
-    }
-
-    fn show_base_color(&self, hits: &mut SubPacket<'_>) {
-        show_base_color(hits, self.color, &self.maps);
     }
 
     fn is_lit(&self) -> bool {

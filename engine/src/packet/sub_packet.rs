@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use mobula_core::simd::AnyToken;
 
 use super::closest::{Derived, Packet};
@@ -10,6 +10,7 @@ use super::column::{Columns3, part, part_mut, rows, set_vec3, vec3};
 use super::footprint::Footprints;
 use super::forward::turn_forward;
 use super::surface::{Hits, Surface};
+use crate::texture::Map;
 
 bitflags::bitflags! {
     /// Which values are derived.
@@ -267,6 +268,14 @@ impl<'a> SubPacket<'a> {
         (part(texture, self.range.clone()), &texture_area[self.range.clone()])
     }
 
+    /// Hands on what is seen of a texture at each hit: linear RGB and alpha.
+    pub fn sample(&mut self, map: &Map, mut take: impl FnMut(usize, Vec4)) {
+        let ([u, v, _], areas) = self.texture_footprints();
+        for (i, &area) in areas.iter().enumerate() {
+            take(i, map.sample([u[i], v[i]], area));
+        }
+    }
+
     /// Changes the unit shading normals before anything follows from them: `change` gets a row, its normal, and the derivatives of the
     /// position there.
     pub fn change_normals(&mut self, mut change: impl FnMut(usize, Vec3, [Vec3; 2]) -> Vec3) {
@@ -296,13 +305,19 @@ impl<'a> SubPacket<'a> {
         self.surface.is_some_and(|surface| surface.opacities(&self.hits(), out))
     }
 
-    /// Keeps as much of the rays' colours as their opacities say, and lets the rest come from behind.
+    /// How far hits are from edges; `false` if there are none: see [`Surface::edges`].
+    pub fn edges(&self, out: [&mut [f32]; 2]) -> bool {
+        self.surface.is_some_and(|surface| surface.edges(&self.hits(), out))
+    }
+
+    /// Keeps as much of the rays' colours as their opacities say, and lets the rest come from behind; of what an earlier call kept, if
+    /// there was one.
     pub fn fade(&mut self, opacities: &[f32]) {
         for column in self.colors_mut() {
             column.iter_mut().zip(opacities).for_each(|(channel, opacity)| *channel *= opacity);
         }
         let through = self.packet.through_mut()[self.range.clone()].iter_mut();
-        through.zip(opacities).for_each(|(through, opacity)| *through = 1.0 - opacity);
+        through.zip(opacities).for_each(|(through, opacity)| *through = 1.0 - opacity * (1.0 - *through));
     }
 
     /// The colours of the rays, linear RGB: the result, to write.

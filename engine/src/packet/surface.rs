@@ -78,6 +78,12 @@ pub trait Surface {
         false
     }
 
+    /// Of each hit, the distance to the nearest edge of its primitive, and the radius of the circle that fits into the primitive, in units of
+    /// the scene. `false` if primitives have no edges: then it need not write any.
+    fn edges(&self, _hits: &Hits<'_>, _out: [&mut [f32]; 2]) -> bool {
+        false
+    }
+
     /// Of each hit, the fraction of the light from behind that it stops, 0 to 1, whatever its material is; the material's colour counts
     /// by as much. `false` if all stop all of it: then it need not write any.
     fn opacities(&self, _hits: &Hits<'_>, _out: &mut [f32]) -> bool {

@@ -17,6 +17,8 @@ pub enum Quantity {
     Depth,
     /// Texture coordinates: red and green, their fractional parts.
     TextureCoordinates,
+    /// The colours of surfaces, unlit.
+    Albedo,
     /// A colour for each primitive.
     Primitive,
 }
@@ -32,9 +34,9 @@ impl Renderer for Inspect {
         scene.intersect(context, packet);
         for run in 0..packet.runs().len() {
             match packet.runs()[run].hit {
-                Some((geometry, _)) => {
+                Some((geometry, material)) => {
                     let hits = &mut packet.sub_packet(run, Some(scene.geometry.get(geometry)));
-                    self.show(context, geometry, hits);
+                    self.show(context, [geometry, material], hits);
                 }
                 None => packet.sub_packet(run, None).fill_color(Vec3::ZERO),
             }
@@ -43,7 +45,7 @@ impl Renderer for Inspect {
 }
 
 impl Inspect {
-    fn show(&self, context: &Context<'_>, geometry: u32, hits: &mut SubPacket<'_>) {
+    fn show(&self, context: &Context<'_>, [geometry, material]: [u32; 2], hits: &mut SubPacket<'_>) {
         let scene = context.scene;
         let colors: &mut Columns3 = &mut lend(context.width);
         match self.0 {
@@ -60,6 +62,7 @@ impl Inspect {
                     to.iter_mut().zip(from).for_each(|(to, from)| *to = from - from.floor());
                 }
             }
+            Quantity::Albedo => scene.materials.get(material).albedo(hits, colors),
             Quantity::Primitive => {
                 for (i, &primitive) in hits.primitives().iter().enumerate() {
                     let h = hash((scene.geometry.place(geometry, primitive) as u32).wrapping_add(1));

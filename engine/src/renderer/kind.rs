@@ -19,6 +19,8 @@ choice! {
         Depth = "depth" => Inspect(Quantity::Depth),
         /// Texture coordinates as red and green.
         Uv = "uv" => Inspect(Quantity::TextureCoordinates),
+        /// The colours of surfaces, unlit.
+        Albedo = "albedo" => Inspect(Quantity::Albedo),
         /// A colour for each primitive.
         Id = "id" => Inspect(Quantity::Primitive),
     }

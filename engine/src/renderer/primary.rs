@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use crate::packet::Packet;
+use crate::packet::{Columns3, Packet};
+use crate::scratch::lend;
 use crate::stack::{Context, Renderer};
 
 /// Shows the base colour of each material, unlit, and black where nothing is.
@@ -14,11 +15,13 @@ impl Renderer for Primary {
         let scene = context.scene;
         context.statistics.count_rays(packet);
         scene.intersect(context, packet);
+        let albedo: &mut Columns3 = &mut lend(context.width);
         for run in 0..packet.runs().len() {
             match packet.runs()[run].hit {
                 Some((geometry, material)) => {
                     let hits = &mut packet.sub_packet(run, Some(scene.geometry.get(geometry)));
-                    scene.materials.get(material).show_base_color(hits);
+                    scene.materials.get(material).albedo(hits, albedo);
+                    hits.set_colors(albedo);
                 }
                 None => packet.sub_packet(run, None).fill_color(Vec3::ZERO),
             }

@@ -19,6 +19,8 @@ use crate::scene::{Geometry, Mesh, NeedsRebuild, Scene, SceneDescription, Sphere
 use crate::stack::{Context, Fragment, Occlusion, Statistics};
 use crate::tone::Tone;
 
+mod cameras;
+mod furnace;
 mod translucent;
 
 const WIDTH: u32 = 41;

@@ -1,6 +1,9 @@
 //! A sampled pixel, and the square that it stands for.
 
+use glam::Vec3;
+
 use crate::image::FrameBuffer;
+use crate::layers::{Layers, Plane};
 use crate::stack::Fragment;
 
 /// Gives a sampled pixel its colour, and with it the square that it stands for (see [`Fragment::step`]).
@@ -20,4 +23,9 @@ fn fill_square(out: &FrameBuffer, fragment: &Fragment, [x, y]: [usize; 2], color
             out.set(x, y, color);
         }
     }
+}
+
+/// Keeps the light of a pixel, as it arrives.
+pub(super) fn keep(layers: &Layers, [x, y]: [u32; 2], light: Vec3) {
+    layers.set([Plane::Red, Plane::Green, Plane::Blue], x as usize, y as usize, light.to_array());
 }

@@ -24,6 +24,11 @@ impl Sum {
         self.count += 1.0;
     }
 
+    /// The sum of all samples, each of which counts the same.
+    pub(super) fn plain(&self) -> Vec3 {
+        self.plain
+    }
+
     /// Of a few samples nearly as many may be where a filter is negative as elsewhere: then all count the same.
     pub(super) fn mean(&self) -> Vec3 {
         if self.weight > 0.5 * self.count { self.weighted / self.weight } else { self.plain / self.count }

@@ -4,11 +4,12 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use super::{Filter, SingleSample, Sobol};
+use super::{Adaptive, Filter, SingleSample, Sobol};
 use crate::choice::UnknownName;
 use crate::stack::PixelSampler;
 
-/// A pixel sampler: `single`, or `sobol:N` with N samples a pixel (`sobol` alone: 16), or `sobol:N:FILTER`.
+/// A pixel sampler: `single`, or `sobol:N` with N samples a pixel (`sobol` alone: 16), or `sobol:N:FILTER`; or `adaptive:N:THRESHOLD` with
+/// up to N.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SamplerKind {
     /// One sample in the middle of each pixel.
@@ -21,6 +22,15 @@ pub enum SamplerKind {
         /// What a pixel shows of the picture around it.
         filter: Filter,
     },
+    /// As many samples as a pixel needs.
+    Adaptive {
+        /// The most.
+        samples: u32,
+        /// The error at which a pixel is good enough, in millionths.
+        threshold: u32,
+        /// What a pixel shows of the picture around it.
+        filter: Filter,
+    },
 }
 
 impl SamplerKind {
@@ -29,6 +39,9 @@ impl SamplerKind {
         match self {
             Self::Single => Arc::new(SingleSample),
             Self::Sobol { samples, filter } => Arc::new(Sobol::new(samples, filter)),
+            Self::Adaptive { samples, threshold, filter } => {
+                Arc::new(Adaptive::new(samples, threshold as f32 * 1e-6, filter))
+            }
         }
     }
 
@@ -37,11 +50,18 @@ impl SamplerKind {
         if samples <= 1 { Self::Single } else { Self::Sobol { samples, filter: Filter::default() } }
     }
 
-    /// How many samples a pixel has.
+    /// Up to so many samples a pixel, until its error is below a threshold, from 0.000001 to 1.
+    pub fn adaptive(samples: u32, threshold: f64) -> Self {
+        let threshold = (threshold * 1e6).round().clamp(1.0, 1e6) as u32;
+        Self::Adaptive { samples, threshold, filter: Filter::default() }
+    }
+
+    /// How many samples a pixel has; the fewest, where that differs.
     pub fn samples(self) -> u32 {
         match self {
             Self::Single => 1,
             Self::Sobol { samples, .. } => samples,
+            Self::Adaptive { .. } => Adaptive::BLOCK,
         }
     }
 
@@ -50,7 +70,7 @@ impl SamplerKind {
         match self {
             Self::Sobol { samples: all, .. } if samples < all && samples <= 1 => Self::Single,
             Self::Sobol { samples: all, filter } => Self::Sobol { samples: samples.min(all), filter },
-            Self::Single => self,
+            Self::Single | Self::Adaptive { .. } => self,
         }
     }
 
@@ -59,6 +79,7 @@ impl SamplerKind {
         match self {
             Self::Single => self,
             Self::Sobol { samples, .. } => Self::Sobol { samples, filter },
+            Self::Adaptive { samples, threshold, .. } => Self::Adaptive { samples, threshold, filter },
         }
     }
 
@@ -66,7 +87,7 @@ impl SamplerKind {
     pub fn filtered_as(self, other: Self) -> Self {
         match other {
             Self::Single => self,
-            Self::Sobol { filter, .. } => self.with_filter(filter),
+            Self::Sobol { filter, .. } | Self::Adaptive { filter, .. } => self.with_filter(filter),
         }
     }
 }
@@ -80,17 +101,26 @@ impl FromStr for SamplerKind {
                 text.split_once(':').map_or((text, Ok(Filter::default())), |(n, filter)| (n, filter.parse()));
             Some(Self::Sobol { samples: samples(n)?, filter: filter.ok()? })
         };
+        let adaptive = |text: &str| {
+            let mut parts = text.split(':');
+            let most = samples(parts.next()?)?;
+            let threshold = parts.next()?.parse().ok().filter(|t| (1e-6..=1.0).contains(t))?;
+            let filter = parts.next().map_or(Ok(Filter::default()), str::parse).ok()?;
+            parts.next().is_none().then(|| Self::adaptive(most, threshold).with_filter(filter))
+        };
         let lower = name.to_ascii_lowercase();
         let found = match &*lower {
             "single" => Some(Self::Single),
             "sobol" => sobol("16"),
+            name if name.starts_with("adaptive:") => adaptive(&name["adaptive:".len()..]),
             _ => lower.strip_prefix("sobol:").and_then(sobol),
         };
         found.ok_or_else(|| UnknownName {
             kind: "pixel sampler",
             name: name.to_owned(),
             known: format!(
-                "single, sobol, sobol:N (N samples, from 1 to {}), sobol:N:FILTER (box, gaussian or mitchell)",
+                "single, sobol, sobol:N (N samples, from 1 to {}), sobol:N:FILTER (box, gaussian or mitchell), \
+                 adaptive:N:THRESHOLD (up to N samples, until the error is below it)",
                 Sobol::MOST
             ),
         })
@@ -103,6 +133,10 @@ impl fmt::Display for SamplerKind {
             Self::Single => f.write_str("single"),
             Self::Sobol { samples, filter } if *filter == Filter::default() => write!(f, "sobol:{samples}"),
             Self::Sobol { samples, filter } => write!(f, "sobol:{samples}:{filter}"),
+            Self::Adaptive { samples, threshold, filter } => {
+                write!(f, "adaptive:{samples}:{}", f64::from(*threshold) / 1e6)?;
+                if *filter == Filter::default() { Ok(()) } else { write!(f, ":{filter}") }
+            }
         }
     }
 }
@@ -121,10 +155,28 @@ mod tests {
 
     #[test]
     fn names_lead_to_samplers_and_back() {
-        for name in ["single", "sobol:1", "sobol:65536", "sobol:4:box", "sobol:5:mitchell"] {
+        for name in [
+            "single",
+            "adaptive:256:0.005",
+            "adaptive:64:0.000001:box",
+            "sobol:1",
+            "sobol:65536",
+            "sobol:4:box",
+            "sobol:5:mitchell",
+        ] {
             assert_eq!(name.parse::<SamplerKind>().unwrap().to_string(), name);
         }
-        for name in ["", "sobol:0", "sobol:65537", "sobol:x", "sobol:4:sinc", "sobol:4:", "adaptive"] {
+        for name in [
+            "",
+            "sobol:0",
+            "sobol:65537",
+            "sobol:x",
+            "sobol:4:sinc",
+            "sobol:4:",
+            "adaptive",
+            "adaptive:4",
+            "adaptive:4:0",
+        ] {
             assert!(name.parse::<SamplerKind>().unwrap_err().to_string().contains("sobol:N"));
         }
     }

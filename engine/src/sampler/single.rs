@@ -1,11 +1,11 @@
 //! One sample a pixel, in its middle.
 
-use super::fill::fill;
+use super::fill::{fill, keep};
 use super::morton::for_each_piece;
 use super::pixel_seed;
 use crate::color::to_pixels;
 use crate::image::FrameBuffer;
-use crate::packet::{Column, Packet};
+use crate::packet::{Column, Packet, vec3};
 use crate::scratch::lend;
 use crate::stack::{Camera, Context, Fragment, PixelSampler};
 
@@ -39,6 +39,10 @@ impl PixelSampler for SingleSample {
                 pixels.len(),
                 shown,
             );
+            if let Some(layers) = out.layers() {
+                let colors = pixels.iter().enumerate().map(|(i, pixel)| (pixel, vec3(&packet.color, i)));
+                colors.for_each(|(&pixel, color)| keep(layers, pixel, color));
+            }
             if fragment.step == 1 {
                 out.set_each(pixels, shown);
             } else {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use mobula_core::simd::{F32Lanes, Task, Token};
 
-use super::fill::fill;
+use super::fill::{fill, keep};
 use super::film::{Film, Sum};
 use super::filter::Filter;
 use super::morton::for_each_piece;
@@ -64,12 +64,8 @@ impl PixelSampler for Sobol {
                 let count = width.min(pixels.len() * samples - first);
                 packet.reset(count);
                 packet.channel = fragment.channel as u32;
-                for i in 0..count {
-                    let pixel = pixels[(first + i) / samples];
-                    packet.samples[0][i] = pixel_seed(pixel);
-                    packet.samples[1][i] = first_number.wrapping_add(((first + i) % samples) as u32);
-                    (packet.image[0][i], packet.image[1][i]) = (pixel[0] as f32, pixel[1] as f32);
-                }
+                let number = |i: usize| first_number.wrapping_add(((first + i) % samples) as u32);
+                at_pixels(packet, |i| (pixels[(first + i) / samples], number(i)));
                 let Packet { image, samples: [seeds, numbers], .. } = packet;
                 context.token.run(Place { seeds, numbers, image, count });
                 self.filter.spread(image, &mut weights[..count]);
@@ -81,7 +77,11 @@ impl PixelSampler for Sobol {
                     if (first + i + 1).is_multiple_of(samples) {
                         let pixel = pixels[(first + i) / samples];
                         if self.shows {
-                            fill(out, &fragment, pixel, to_pixel(context.tone.of(sum.mean())));
+                            let mean = sum.mean();
+                            if let Some(layers) = out.layers() {
+                                keep(layers, pixel, mean);
+                            }
+                            fill(out, &fragment, pixel, to_pixel(context.tone.of(mean)));
                         }
                         if let Some(film) = &self.film {
                             film.keep(pixel, &sum);
@@ -94,12 +94,21 @@ impl PixelSampler for Sobol {
     }
 }
 
+/// Makes the rays of a packet samples of pixels, with their numbers; image coordinates are those of the pixels' corners.
+pub(super) fn at_pixels(packet: &mut Packet, of: impl Fn(usize) -> ([u32; 2], u32)) {
+    for i in 0..packet.len() {
+        let (pixel, number) = of(i);
+        (packet.samples[0][i], packet.samples[1][i]) = (pixel_seed(pixel), number);
+        (packet.image[0][i], packet.image[1][i]) = (pixel[0] as f32, pixel[1] as f32);
+    }
+}
+
 /// Moves image coordinates from the corners of pixels to where their samples are in them.
-struct Place<'a> {
-    seeds: &'a [u32],
-    numbers: &'a [u32],
-    image: &'a mut [Column<f32>; 2],
-    count: usize,
+pub(super) struct Place<'a> {
+    pub(super) seeds: &'a [u32],
+    pub(super) numbers: &'a [u32],
+    pub(super) image: &'a mut [Column<f32>; 2],
+    pub(super) count: usize,
 }
 
 impl Task for Place<'_> {

@@ -16,6 +16,10 @@ pub struct Rendering {
     pub size: Option<Size>,
     /// The camera.
     pub camera: Option<CameraKind>,
+    /// The radius of its lens.
+    pub aperture: Option<f32>,
+    /// The distance of what is in focus.
+    pub focus: Option<f32>,
     /// Where the eye is.
     pub eye: Option<Vec3>,
     /// What it looks at.
@@ -64,10 +68,27 @@ impl Rendering {
 
     /// Takes from `other` what this does not say.
     pub(super) fn merge(&mut self, other: Self) {
-        let Self { size, camera, eye, at, up, fov, renderer, sampler, shadows, occlusion, tone, exposure, time } =
-            other;
+        let Self {
+            size,
+            camera,
+            aperture,
+            focus,
+            eye,
+            at,
+            up,
+            fov,
+            renderer,
+            sampler,
+            shadows,
+            occlusion,
+            tone,
+            exposure,
+            time,
+        } = other;
         self.size = self.size.or(size);
         self.camera = self.camera.or(camera);
+        self.aperture = self.aperture.or(aperture);
+        self.focus = self.focus.or(focus);
         self.eye = self.eye.or(eye);
         self.at = self.at.or(at);
         self.up = self.up.or(up);

@@ -17,9 +17,8 @@ mod textured;
 mod through;
 
 pub(crate) use openness::openness;
-pub use secondary::trace;
+pub use secondary::{trace, trace_weighted};
 pub use shade::shade;
 use shadow::illuminate;
-pub use textured::sample;
 use textured::{opacities, tilt_normals};
 pub use through::see_through;

@@ -1,7 +1,5 @@
 //! How open the sky is above points: ambient occlusion (Zhukov, Iones and Kronin, "An Ambient Light Illumination Model", 1998).
 
-use std::f32::consts::FRAC_PI_4;
-
 use mobula_core::Properties;
 use mobula_core::simd::{F32Lanes, MaskLanes, Task, Token};
 
@@ -9,7 +7,7 @@ use crate::lanes::{add, dot, load3, scale, select3, store3, sub};
 use crate::lighting::Points;
 use crate::packet::{AnyHitPacket, Columns3, columns3, transmittance};
 use crate::scratch::{ForWidth, lend};
-use crate::sequence::{Set, point};
+use crate::sequence::{Set, disk, point};
 use crate::stack::{Context, Occlusion};
 
 /// Sets the first rows of `out` to the fraction of the light from above each of the points, weighted by the cosine, that nothing keeps away:
@@ -99,33 +97,12 @@ impl Task for Upward<'_> {
     }
 }
 
-/// A unit vector about z, as often as its z is large: points of a square moved to a disk, without tearing it (Shirley and Chiu 1997), and up
-/// from there to the sphere.
+/// A unit vector about z, as often as its z is large: points of a square moved to a disk, and up from there to the sphere.
 #[inline(always)]
-fn cosine_weighted<T: Token>(token: T, [u, v]: [T::F32; 2]) -> [T::F32; 3] {
-    let (one, tiny) = (token.splat(1.0), token.splat(f32::MIN_POSITIVE));
-    let (a, b) = (u + u - one, v + v - one);
-    let wide = a.abs().gt(b.abs());
-    let (radius, other) = (a.select(wide, b), b.select(wide, a));
-    // At the middle any angle will do.
-    let angle = other / radius.select(radius.abs().gt(tiny), one) * token.splat(FRAC_PI_4);
-    let (sine, cosine) = sine_and_cosine(token, angle);
-    let (long, short) = (radius * cosine, radius * sine);
-    let (x, y) = (long.select(wide, short), short.select(wide, long));
-    let z = (one - x * x - y * y).max(token.splat(0.0)).sqrt();
+fn cosine_weighted<T: Token>(token: T, square: [T::F32; 2]) -> [T::F32; 3] {
+    let [x, y] = disk(token, square);
+    let z = (token.splat(1.0) - x * x - y * y).max(token.splat(0.0)).sqrt();
     [x, y, z]
-}
-
-/// Of an angle of at most pi / 4: Taylor series, good to 4e-7.
-#[inline(always)]
-fn sine_and_cosine<T: Token>(token: T, angle: T::F32) -> (T::F32, T::F32) {
-    let q = angle * angle;
-    let sine = token.splat(1.0)
-        - q * (token.splat(1.0 / 6.0) - q * (token.splat(1.0 / 120.0) - q * token.splat(1.0 / 5040.0)));
-    let cosine = token.splat(1.0)
-        - q * (token.splat(0.5)
-            - q * (token.splat(1.0 / 24.0) - q * (token.splat(1.0 / 720.0) - q * token.splat(1.0 / 40320.0))));
-    (angle * sine, cosine)
 }
 
 /// A vector about z, turned to be about `normal`, which has unit length (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT

@@ -22,10 +22,22 @@ pub fn trace(
     origin: impl Fn(usize) -> Vec3,
     direction: impl Fn(usize) -> Vec3,
 ) {
+    trace_weighted(context, hits, |i| Vec3::splat(weight[i]), out, origin, direction);
+}
+
+/// As [`trace`], with a weight for each colour: of rays that surfaces tint.
+pub fn trace_weighted(
+    context: &Context<'_>,
+    hits: &SubPacket<'_>,
+    weight: impl Fn(usize) -> Vec3,
+    out: &mut Columns3,
+    origin: impl Fn(usize) -> Vec3,
+    direction: impl Fn(usize) -> Vec3,
+) {
     let rows: &mut Column<u16> = &mut lend(hits.width());
     let mut count = 0;
-    for (i, &weight) in weight[..hits.len()].iter().enumerate() {
-        if weight >= LEAST_WEIGHT {
+    for i in 0..hits.len() {
+        if weight(i).max_element() >= LEAST_WEIGHT {
             rows[count] = i as u16;
             count += 1;
         }
@@ -54,6 +66,6 @@ pub fn trace(
     context.renderer.trace(context, packet);
     for (k, &i) in rows.iter().enumerate() {
         let i = usize::from(i);
-        add_vec3(out, i, vec3(&packet.color, k) * weight[i]);
+        add_vec3(out, i, vec3(&packet.color, k) * weight(i));
     }
 }

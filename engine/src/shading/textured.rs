@@ -1,26 +1,17 @@
 //! What the textures of a material say at hits.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use crate::math::normalize;
 use crate::packet::{Columns3, SubPacket, set_vec3, vec3};
 use crate::scratch::lend;
 use crate::stack::Material;
-use crate::texture::Map;
-
-/// Hands on what is seen of a texture at each hit: linear RGB and alpha.
-pub fn sample(hits: &mut SubPacket<'_>, map: &Map, mut take: impl FnMut(usize, Vec4)) {
-    let ([u, v, _], areas) = hits.texture_footprints();
-    for (i, &area) in areas.iter().enumerate() {
-        take(i, map.sample([u[i], v[i]], area));
-    }
-}
 
 /// Tilts the shading normals of hits as the material's normal map says, if it has one.
 pub(super) fn tilt_normals(material: &dyn Material, hits: &mut SubPacket<'_>) {
     let Some(bumps) = &material.maps().normal else { return };
     let tilted: &mut Columns3 = &mut lend(hits.width());
-    sample(hits, &bumps.map, |i, texel| set_vec3(tilted, i, bumps.normal(texel)));
+    hits.sample(&bumps.map, |i, texel| set_vec3(tilted, i, bumps.normal(texel)));
     hits.change_normals(|i, normal, [along_u, along_v]| tilt(normal, along_u, along_v, vec3(tilted, i)));
 }
 
@@ -46,7 +37,7 @@ pub(super) fn opacities(material: &dyn Material, hits: &mut SubPacket<'_>, out: 
     if !own {
         out.fill(1.0);
     }
-    sample(hits, &holes.map, |i, texel| out[i] *= holes.opacity(texel));
+    hits.sample(&holes.map, |i, texel| out[i] *= holes.opacity(texel));
     out.iter().any(|opacity| *opacity < 1.0)
 }
 

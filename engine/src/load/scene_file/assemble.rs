@@ -89,6 +89,11 @@ fn assemble(text: Text<'_>, options: &Options, part: Load) -> Result<Loaded, Loa
     building.add_all(&objects)?;
     let Building { parts, mut scene, report, .. } = building;
     let place = parts.place();
+    if place.scale != 1.0 {
+        for named in &mut scene.materials {
+            named.material = named.material.scaled(place.scale as f32).unwrap_or_else(|| named.material.clone());
+        }
+    }
     surroundings::add(&text, &head, &lights, &place, &mut scene)?;
     Ok(Loaded { scene, report, place })
 }

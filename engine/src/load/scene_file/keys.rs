@@ -9,9 +9,11 @@ use serde::de::{Deserializer, Error, IgnoredAny, IntoDeserializer, MapAccess, Se
 use toml::Spanned;
 
 use super::values::{
-    Angle, Color, Count, Exposure, Named, NotNegative, Number, Part, Point, Positive, Radiance, Reach, Turn, Whole,
+    Color, Count, Exposure, FieldOfView, Index, Named, NotNegative, Number, Part, Point, Positive, Radiance, Reach,
+    Turn, Whole,
 };
 use crate::camera::CameraKind;
+use crate::material::Pattern;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
 use crate::tone::Curve;
@@ -64,7 +66,9 @@ pub(super) struct Camera {
     pub(super) eye: Option<Point>,
     pub(super) at: Option<Point>,
     pub(super) up: Option<Point>,
-    pub(super) fov: Option<Angle>,
+    pub(super) fov: Option<FieldOfView>,
+    pub(super) aperture: Option<NotNegative>,
+    pub(super) focus: Option<Positive>,
 }
 
 /// Words of the command line, a colour, or a sky.
@@ -136,6 +140,64 @@ pub(super) struct Phong {
     pub(super) reflection: Option<Part>,
     pub(super) transparency: Option<Part>,
     pub(super) refractive_index: Option<Positive>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Emissive {
+    pub(super) color: Option<Paint>,
+    pub(super) strength: Option<NotNegative>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Principled {
+    pub(super) color: Option<Paint>,
+    pub(super) metallic: Option<Part>,
+    pub(super) roughness: Option<Part>,
+    pub(super) emission: Option<Radiance>,
+    pub(super) opacity: Option<Part>,
+    pub(super) ior: Option<Index>,
+}
+
+/// Materials with a colour and a roughness.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Rough {
+    pub(super) color: Option<Paint>,
+    pub(super) roughness: Option<Part>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Dielectric {
+    pub(super) ior: Option<Positive>,
+    pub(super) color: Option<Color>,
+    pub(super) distance: Option<Positive>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ThinDielectric {
+    pub(super) ior: Option<Positive>,
+    pub(super) color: Option<Color>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Checker {
+    pub(super) colors: Option<[Color; 2]>,
+    pub(super) size: Option<Positive>,
+    pub(super) by: Option<Named<Pattern>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Wireframe {
+    pub(super) line: Option<Color>,
+    pub(super) color: Option<Paint>,
+    pub(super) width: Option<Positive>,
+    pub(super) relative_width: Option<Part>,
 }
 
 /// Materials without parameters.

@@ -6,12 +6,15 @@ use glam::Vec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::keys::{ColorBy, Colored, Measured, NoKeys, Paint, Phong, TransferRows};
+use super::keys::{
+    Checker, ColorBy, Colored, Dielectric, Emissive, Measured, NoKeys, Paint, Phong, Principled, Rough, ThinDielectric,
+    TransferRows, Wireframe,
+};
 use super::text::Text;
 use super::values::{Named, Number};
 use crate::color::from_srgb;
 use crate::load::LoadError;
-use crate::material::{self, Material, MaterialKind, NamedMaterial};
+use crate::material::{self, LineWidth, Material, MaterialKind, NamedMaterial};
 use crate::scene::Map;
 use crate::texture::Maps;
 use crate::volume::{MOST_POINTS, Preset, Scale, TransferFunction, TransferPoint};
@@ -134,6 +137,82 @@ impl Definitions {
             MaterialKind::Flat => {
                 let Colored { color } = text.read(value)?;
                 Arc::new(material::Flat::new(paint(color, material::Flat::default().color)?))
+            }
+            MaterialKind::Emissive => {
+                let Emissive { color, strength } = text.read(value)?;
+                let strength = strength.map_or(1.0, |x| x.0 as f32);
+                Arc::new(material::Flat::new(paint(color, Vec3::ONE)? * strength))
+            }
+            MaterialKind::Principled => {
+                let Principled { color, metallic, roughness, emission, opacity, ior } = text.read(value)?;
+                let usual = material::Principled::default();
+                Arc::new(material::Principled {
+                    base_color: paint(color, usual.base_color)?,
+                    metallic: metallic.map_or(usual.metallic, |x| x.0 as f32),
+                    roughness: roughness.map_or(usual.roughness, |x| x.0 as f32),
+                    emission: emission.map_or(usual.emission, |color| color.0),
+                    opacity: opacity.map_or(usual.opacity, |x| x.0 as f32),
+                    ior: ior.map_or(usual.ior, |x| x.0 as f32),
+                    ..usual
+                })
+            }
+            MaterialKind::Metal => {
+                let Rough { color, roughness } = text.read(value)?;
+                let usual = material::Metal::default();
+                Arc::new(material::Metal {
+                    color: paint(color, usual.color)?,
+                    roughness: roughness.map_or(usual.roughness, |x| x.0 as f32),
+                })
+            }
+            MaterialKind::OrenNayar => {
+                let Rough { color, roughness } = text.read(value)?;
+                let usual = material::OrenNayar::default();
+                Arc::new(material::OrenNayar {
+                    color: paint(color, usual.color)?,
+                    roughness: roughness.map_or(usual.roughness, |x| x.0 as f32),
+                })
+            }
+            MaterialKind::Dielectric => {
+                let Dielectric { ior, color, distance } = text.read(value)?;
+                let usual = material::Dielectric::default();
+                Arc::new(material::Dielectric {
+                    ior: ior.map_or(usual.ior, |x| x.0 as f32),
+                    color: color.map_or(usual.color, |color| color.0),
+                    distance: distance.map_or(usual.distance, |x| x.0 as f32),
+                })
+            }
+            MaterialKind::ThinDielectric => {
+                let ThinDielectric { ior, color } = text.read(value)?;
+                let usual = material::ThinDielectric::default();
+                Arc::new(material::ThinDielectric {
+                    ior: ior.map_or(usual.ior, |x| x.0 as f32),
+                    color: color.map_or(usual.color, |color| color.0),
+                })
+            }
+            MaterialKind::Checker => {
+                let Checker { colors, size, by } = text.read(value)?;
+                let usual = material::Checker::default();
+                Arc::new(material::Checker {
+                    colors: colors.map_or(usual.colors, |colors| colors.map(|color| color.0)),
+                    size: size.map_or(usual.size, |x| x.0 as f32),
+                    by: by.map_or(usual.by, |Named(by)| by),
+                })
+            }
+            MaterialKind::Wireframe => {
+                let span = value.span();
+                let Wireframe { line, color, width, relative_width } = text.read(value)?;
+                let usual = material::Wireframe::default();
+                if width.is_some() && relative_width.is_some() {
+                    let problem = "there are two widths of lines";
+                    return Err(text.error(span, problem, "leave out width or relative_width"));
+                }
+                let width = width.map(|x| LineWidth::Units(x.0 as f32));
+                let width = width.or(relative_width.map(|x| LineWidth::Relative(x.0 as f32)));
+                Arc::new(material::Wireframe {
+                    line: line.map_or(usual.line, |color| color.0),
+                    color: paint(color, usual.color)?,
+                    width: width.unwrap_or(usual.width),
+                })
             }
             MaterialKind::NormalColor => {
                 let NoKeys {} = text.read(value)?;

@@ -12,13 +12,14 @@ use super::objects::list;
 use super::text::Text;
 use super::values::{Named, point};
 use crate::background::{self, Background, Constant, Gradient};
+use crate::camera::CameraKind;
 use crate::image::Size;
 use crate::light::{Directional, Hemisphere, Light, LightKind, Point};
 use crate::load::LoadError;
 use crate::load::place::Place;
 use crate::medium::Fog;
 use crate::scene::{SceneDescription, Time};
-use crate::view::Up;
+use crate::view::{Up, View};
 
 /// A light, with the numbers of the file.
 pub(super) enum WantedLight {
@@ -131,7 +132,7 @@ fn look(
     place: &Place,
     scene: &mut SceneDescription,
 ) -> Result<(), LoadError> {
-    let Camera { kind, eye, at, up, fov } = *camera.get_ref();
+    let Camera { kind, eye, at, up, fov, aperture, focus } = *camera.get_ref();
     let put = |position: super::values::Point| Vec3::from(place.put(point(position)));
     let [eye, at] = [eye, at].map(|position| position.map(put));
     if eye.is_some() && eye == at {
@@ -148,7 +149,17 @@ fn look(
         scene.up = axis.or(scene.up);
         scene.rendering.up = Some(up);
     }
+    let has_lens = aperture.is_some() || focus.is_some();
+    let kind = kind.or(has_lens.then_some(Named(CameraKind::ThinLens)));
+    let widest = kind.map_or(View::WIDEST, |Named(kind)| kind.widest());
+    if fov.is_some_and(|angle| angle.0 > f64::from(widest)) {
+        let problem = format!("this camera has a field of view of at most {widest} degrees");
+        return Err(text.error(camera.span(), problem, "write a smaller fov, or kind = \"fisheye\""));
+    }
     let rendering = &mut scene.rendering;
+    let length = |length: f64| (length * place.scale) as f32;
+    rendering.aperture = aperture.map(|radius| length(radius.0));
+    rendering.focus = focus.map(|distance| length(distance.0));
     rendering.camera = kind.map(|Named(kind)| kind);
     (rendering.eye, rendering.at) = (eye, at);
     rendering.fov = fov.map(|angle| angle.0 as f32);

@@ -98,8 +98,10 @@ numbers! {
     NotNegative(f64) = "a number from 0 to 1e30", Real, |x| (0.0..=1e30).contains(&x);
     /// A fraction.
     Part(f64) = "a number from 0 to 1", Real, |x| (0.0..=1.0).contains(&x);
+    /// An index of refraction.
+    Index(f64) = "a number from 1 to 100", Real, |x| (1.0..=100.0).contains(&x);
     /// Degrees.
-    Angle(f64) = "an angle from 1 to 170 degrees", Real, |x| (1.0..=170.0).contains(&x);
+    FieldOfView(f64) = "an angle from 1 to 360 degrees", Real, |x| (1.0..=360.0).contains(&x);
     /// Degrees between two directions.
     Turn(f64) = "an angle from 0 to 180 degrees", Real, |x| (0.0..=180.0).contains(&x);
     /// Units of cells.

@@ -212,11 +212,29 @@ impl SavedScene {
     pub fn text(&self, rendering: &Rendering, axis: Up, changes: &Changes) -> String {
         let mut table = self.table.clone();
         table.remove("mobula");
-        let Rendering { size, camera, eye, at, up, fov, renderer, sampler, shadows, occlusion, tone, exposure, time } =
-            rendering;
+        let Rendering {
+            size,
+            camera,
+            aperture,
+            focus,
+            eye,
+            at,
+            up,
+            fov,
+            renderer,
+            sampler,
+            shadows,
+            occlusion,
+            tone,
+            exposure,
+            time,
+        } = rendering;
         let mut look = Table::new();
         let back = |point: glam::Vec3| numbers(self.place.back(point.into()));
         look.extend(camera.map(|kind| ("kind".to_owned(), kind.name().into())));
+        let length = |length: f32| Value::Float(f64::from(length) / self.place.scale);
+        look.extend(aperture.map(|radius| ("aperture".to_owned(), length(radius))));
+        look.extend(focus.map(|distance| ("focus".to_owned(), length(distance))));
         look.extend(eye.map(|eye| ("eye".to_owned(), back(eye))));
         look.extend(at.map(|at| ("at".to_owned(), back(at))));
         look.extend(up.map(|up| ("up".to_owned(), numbers(up.to_array().map(f64::from)))));

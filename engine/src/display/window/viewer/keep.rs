@@ -61,12 +61,14 @@ impl Engine {
     /// What is shown as a scene file, with so many samples; `None` if there can be none.
     fn saved(&self, size: Size, samples: u32) -> Option<String> {
         let saved = self.titles.saved.as_ref()?;
-        let Chosen { view: View { eye, at, up, fov }, camera, renderer, sampler, shadows, occlusion, tone } =
+        let Chosen { view: View { eye, at, up, fov }, camera, lens, renderer, sampler, shadows, occlusion, tone } =
             self.chosen;
         let time = self.volumes.step().map(|shown| Time { step: None, repeat: true, shown });
         let rendering = Rendering {
             size: Some(size),
             camera: Some(camera),
+            aperture: lens.aperture,
+            focus: lens.focus,
             eye: Some(eye),
             at: Some(at),
             up: Some(up),
@@ -101,7 +103,7 @@ impl Engine {
 
     /// The scene and the options with which `mobula render` makes it.
     fn options(&self, size: Size) -> Same {
-        let Chosen { view: View { eye, at, fov, .. }, camera, renderer, sampler, shadows, occlusion, tone } =
+        let Chosen { view: View { eye, at, fov, .. }, camera, lens, renderer, sampler, shadows, occlusion, tone } =
             self.chosen;
         let shadows = if shadows { "" } else { " --no-shadows" };
         let Titles { scene, place, .. } = &self.titles;
@@ -123,8 +125,12 @@ impl Engine {
         };
         let point = |point: Vec3| place.back(point.into()).map(|x| x.to_string()).join(",");
         let (eye, at) = (point(eye), point(at));
+        let length = |name: &str, length: Option<f32>| {
+            length.map_or_else(String::new, |length| format!(" --{name} {}", f64::from(length) / place.scale))
+        };
+        let lens = length("aperture", lens.aperture) + &length("focus", lens.focus);
         let before = format!(
-            "the same picture: mobula render {scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera} --renderer {renderer} --sampler "
+            "the same picture: mobula render {scene}{gap}--size {size} --eye {eye} --at {at} --fov {fov} --camera {camera}{lens} --renderer {renderer} --sampler "
         );
         Same { before, sampler: Some(sampler), behind: format!("{shadows}{occlusion}{tone}{volumes}") }
     }
