@@ -58,6 +58,7 @@
 //! | [`view`] | where a camera stands and looks |
 //! | [`tone`] | from the light that arrives to what a screen can show |
 //! | [`choice`] | components that are chosen by name |
+//! | `warp` | points of a square moved to disks and directions |
 //! | `lanes` | vectors of three, a lane a ray |
 //! | `sequence` | points that fill a square evenly, for what is chosen at random |
 //! | [`math`] | arithmetic whose bits depend on no platform |
@@ -102,3 +103,4 @@ pub mod tone;
 pub mod traverse;
 pub mod view;
 pub mod volume;
+mod warp;

@@ -21,6 +21,11 @@ impl Set {
         Self(1 + depth)
     }
 
+    /// Where on a light of this number a hit with so many reflections or refractions before it looks.
+    pub(crate) fn light(number: usize, depth: u32) -> Self {
+        Self((number as u32).wrapping_add(1) << 8 | depth & 0xff)
+    }
+
     /// A number that scrambles: one of three for each set.
     fn seed(self, which: u32) -> u32 {
         hash(self.0.wrapping_mul(3).wrapping_add(which + 1))

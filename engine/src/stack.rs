@@ -17,7 +17,7 @@ pub use mobula_core::volume::Segments;
 
 use crate::geometry::{Geometries, Translucent};
 use crate::image::FrameBuffer;
-pub use crate::lighting::{Illumination, Lit};
+pub use crate::lighting::{Illumination, Lit, Receivers};
 use crate::packet::{AnyHitPacket, Packet, SubPacket, optical_depth};
 use crate::pipeline::fault::scope;
 use crate::tone::Tone;
@@ -40,6 +40,8 @@ pub struct Context<'a> {
     pub statistics: &'a Statistics,
     /// How what arrives is shown.
     pub tone: Tone,
+    /// Where the camera is, if it is at one place.
+    pub eye: Option<Vec3>,
     /// The number of the frame: samplers jitter by it. Keep it at 0 for pictures that must repeat.
     pub frame: u32,
 }
@@ -93,6 +95,11 @@ pub trait Camera: Send + Sync {
     /// Fills origins and directions of the rays from `packet.image` (pixels, of an image of `size`), and sets the properties that
     /// hold. What it makes of a sample must depend on that sample alone, and be the same bits at every level.
     fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet);
+
+    /// Where it is, for lights that go with it.
+    fn eye(&self) -> Option<Vec3> {
+        None
+    }
 }
 
 /// Traces a packet whose rays are there, and leaves a colour in each (paper Figure 6).
@@ -139,12 +146,19 @@ pub trait Background: Any + Debug + Send + Sync {
 
 /// Lights points.
 pub trait Light: Any + Debug + Send + Sync {
-    /// Fills a row of `out` for each of the points, as if nothing were in the way. What is in rows behind them is lost. The results are
-    /// the same at every level.
-    fn illuminate(&self, token: AnyToken, points: [&[f32]; 3], out: &mut Illumination);
+    /// Fills a row of `out` for each of the points, as if nothing were in the way. What is in rows behind them is lost. What it says of a
+    /// point must depend on that point alone, with [what is chosen for it](Receivers::choose), and be the same at every level.
+    fn illuminate(&self, context: &Context<'_>, points: Receivers<'_>, out: &mut Illumination);
 
     /// The point that all its light comes from, if there is one: shadow rays then start there and share an origin.
-    fn position(&self) -> Option<Vec3>;
+    fn position(&self, context: &Context<'_>) -> Option<Vec3>;
+}
+
+impl dyn Light {
+    /// The light as what it is, if it is of that type.
+    pub fn downcast_ref<L: Light>(&self) -> Option<&L> {
+        (self as &dyn Any).downcast_ref()
+    }
 }
 
 /// Light that comes from everywhere, without shadows.

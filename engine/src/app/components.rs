@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use mobula_core::simd::AnyToken;
 
 use crate::accel::AccelerationKind;
@@ -99,7 +100,7 @@ impl Components {
         let renderer = &Named(&*self.renderer);
         let Self { token, width, scene, tone, .. } = self;
         let context =
-            Context { token: *token, width: width.rays(), scene, renderer, statistics, tone: *tone, frame: 0 };
+            Context { token: *token, width: width.rays(), scene, renderer, statistics, tone: *tone, eye: camera.eye(), frame: 0 };
         scope("pixel sampler", || self.sampler.render_fragment(&context, &Named(&**camera), fragment, out));
     }
 }
@@ -122,5 +123,9 @@ impl Renderer for Named<&dyn Renderer> {
 impl Camera for Named<&dyn Camera> {
     fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet) {
         scope("camera", || self.0.make_rays(context, size, packet));
+    }
+
+    fn eye(&self) -> Option<Vec3> {
+        self.0.eye()
     }
 }

@@ -40,4 +40,8 @@ impl Camera for Orthographic {
         }
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
     }
+
+    fn eye(&self) -> Option<Vec3> {
+        Some(self.view.eye)
+    }
 }

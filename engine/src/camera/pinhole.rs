@@ -1,6 +1,7 @@
 //! The pinhole camera: all rays start at the eye.
 
 use glam::Vec3;
+use glam::Vec3;
 use mobula_core::Properties;
 use mobula_core::simd::{F32Lanes, Task, Token};
 
@@ -35,6 +36,10 @@ impl Camera for Pinhole {
         rays.set_common_origin(self.view.eye);
         context.token.run(Directions { camera: self, size, image, rays });
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
+    }
+
+    fn eye(&self) -> Option<Vec3> {
+        Some(self.view.eye)
     }
 }
 

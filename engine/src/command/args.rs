@@ -29,8 +29,8 @@ use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, crease,
-    distance, exposure, finite, fog, fov, part, plane, png, point, reach, samples, size, step_length, threads,
+    Given, LightChoice, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, crease,
+    distance, exposure, finite, fog, fov, light, part, plane, png, point, reach, samples, size, step_length, threads,
     transfer, up, window,
 };
 
@@ -205,9 +205,10 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "DISTANCE", value_parser = reach, num_args = 0..=1, default_missing_value = "inf", require_equals = true)]
     pub(crate) ao: Option<f64>,
 
-    /// Where the only light is [default: the lights of the scene, or one to the upper left of its own view]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub(crate) light: Option<Point>,
+    /// Where the only light is: at a point, or at the camera, wherever that goes [default: the lights of the scene, or one to the upper left
+    /// of its own view]
+    #[arg(long, value_name = "X,Y,Z|camera", value_parser = light, allow_hyphen_values = true)]
+    pub(crate) light: Option<LightChoice>,
 
     #[command(flatten)]
     pub(crate) volumes: VolumeOptions,
@@ -330,7 +331,7 @@ impl SceneOptions {
         option("background", self.background.as_ref().map(|given| given.words.clone()));
         option("smooth", self.smooth.map(|degrees| degrees.to_string()));
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
-        option("light", self.light.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
+        option("light", self.light.map(|light| light.to_string()));
         // Those that a viewer can change are its own to tell.
         let VolumeOptions { transparent, cut, step_length, volume_origin, .. } = &self.volumes;
         option("volume-origin", volume_origin.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));

@@ -35,7 +35,7 @@ use clap::{CommandFactory, FromArgMatches};
 use glam::Vec3;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
-use mobula::light::Point;
+use mobula::light::{Head, Point};
 use mobula::load::{Loaded, printable};
 #[cfg(feature = "window")]
 use mobula::load::{Place, SCENE_FILE, SavedScene};
@@ -53,6 +53,7 @@ use serde_json::Value;
 
 use args::{Cli, Command, SceneOptions};
 use failure::Failure;
+use values::LightChoice;
 
 /// Says something on standard error. That nobody can be told is no reason to do less.
 macro_rules! say {
@@ -273,8 +274,12 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
     #[cfg_attr(not(feature = "window"), allow(unused_variables, reason = "for windows"))]
     let particles = shown?;
     scene.up = options.up.0.or(scene.up);
-    if let Some(values::Point(position)) = options.light {
-        scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
+    match options.light {
+        Some(LightChoice::At(values::Point(position))) => {
+            scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
+        }
+        Some(LightChoice::Camera) => scene.lights = vec![Arc::new(Head::default())],
+        None => {}
     }
     if let Some(fog) = &options.fog {
         scene.media.retain(|medium| medium.downcast_ref::<Fog>().is_none());

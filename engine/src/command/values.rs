@@ -145,6 +145,30 @@ pub(super) fn samples(text: &str) -> Result<SamplerKind, String> {
     count.map(SamplerKind::of_samples).ok_or_else(|| format!("there can be 1 to {} samples", Sobol::MOST))
 }
 
+/// Where the only light is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LightChoice {
+    At(Point),
+    /// With the camera.
+    Camera,
+}
+
+impl fmt::Display for LightChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::At(Point([x, y, z])) => write!(f, "{x},{y},{z}"),
+            Self::Camera => f.write_str("camera"),
+        }
+    }
+}
+
+pub(super) fn light(text: &str) -> Result<LightChoice, String> {
+    if text.eq_ignore_ascii_case("camera") {
+        return Ok(LightChoice::Camera);
+    }
+    point(text).map(LightChoice::At).map_err(|problem| format!("{problem}, or camera"))
+}
+
 /// A point with the numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point(pub(super) [f64; 3]);

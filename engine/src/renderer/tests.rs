@@ -53,7 +53,7 @@ fn render_scene(width: usize, scene: &Scene, how: How) -> (Vec<u32>, Statistics)
     let renderer = how.renderer.build();
     let token = AnyToken::detect();
     let context =
-        Context { token, width, scene, renderer: &*renderer, statistics: &statistics, tone: Tone::default(), frame: 0 };
+        Context { token, width, scene, renderer: &*renderer, statistics: &statistics, tone: Tone::default(), eye: camera.eye(), frame: 0 };
     let sampler = how.sampler.build();
     for y0 in (0..HEIGHT).step_by(how.fragment as usize) {
         for x0 in (0..WIDTH).step_by(how.fragment as usize) {

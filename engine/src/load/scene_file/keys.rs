@@ -113,6 +113,60 @@ pub(super) struct PointLight {
     pub(super) falloff: bool,
 }
 
+/// A light from a point into a cone.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SpotLight {
+    pub(super) at: Point,
+    pub(super) to: Point,
+    pub(super) color: Option<Radiance>,
+    pub(super) inner: Option<Turn>,
+    pub(super) outer: Option<Turn>,
+    #[serde(default)]
+    pub(super) falloff: bool,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RectangleLight {
+    pub(super) at: Point,
+    pub(super) to: Point,
+    pub(super) up: Option<Point>,
+    pub(super) size: [Positive; 2],
+    pub(super) color: Option<Radiance>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DiskLight {
+    pub(super) at: Point,
+    pub(super) to: Point,
+    pub(super) radius: Positive,
+    pub(super) color: Option<Radiance>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SphereLight {
+    pub(super) at: Point,
+    pub(super) radius: Positive,
+    pub(super) color: Option<Radiance>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SunLight {
+    pub(super) direction: Point,
+    pub(super) color: Option<Radiance>,
+    pub(super) angle: Option<Turn>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CameraLight {
+    pub(super) color: Option<Radiance>,
+}
+
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DirectionalLight {

@@ -1,69 +1,22 @@
-//! Lights, background, camera, and what else concerns the whole scene.
+//! Background, camera, and what else concerns the whole scene.
 
 use std::sync::Arc;
 
 use glam::Vec3;
 use toml::Spanned;
-use toml::de::DeTable;
 
-use super::keys::{self, Camera, DirectionalLight, Head, PointLight};
-use super::named::kind_of;
-use super::objects::list;
+use super::keys::{self, Camera, Head};
+use super::lights::{WantedLight, light, vector};
 use super::text::Text;
 use super::values::{Named, point};
 use crate::background::{self, Background, Constant, Gradient};
 use crate::image::Size;
-use crate::light::{Directional, Hemisphere, Light, LightKind, Point};
+use crate::light::Hemisphere;
 use crate::load::LoadError;
 use crate::load::place::Place;
 use crate::medium::Fog;
 use crate::scene::{SceneDescription, Time};
 use crate::view::Up;
-
-/// A light, with the numbers of the file.
-pub(super) enum WantedLight {
-    Point(PointLight),
-    Directional(DirectionalLight),
-}
-
-/// The lights of a file.
-pub(super) fn lights(text: &Text<'_>, file: &mut DeTable<'_>) -> Result<Vec<WantedLight>, LoadError> {
-    let read = |value| {
-        let (kind, value) = kind_of::<LightKind>(text, value, "light", LightKind::NAMES)?;
-        Ok(match kind {
-            LightKind::Point => WantedLight::Point(text.read(value)?),
-            LightKind::Directional => {
-                let span = value.span();
-                let light: DirectionalLight = text.read(value)?;
-                if point(light.direction) == [0.0; 3] {
-                    return Err(text.error(span, "this direction leads nowhere", "write where the light comes from"));
-                }
-                WantedLight::Directional(light)
-            }
-        })
-    };
-    list(text, file, "light")?.into_iter().map(read).collect()
-}
-
-/// Makes a light where files were put.
-fn light(wanted: &WantedLight, place: &Place) -> Arc<dyn Light> {
-    match *wanted {
-        WantedLight::Point(PointLight { at, color, falloff }) => {
-            let color = color.map_or(Point::default().color, |color| color.0);
-            // At distance 1 of the file.
-            let weight = if falloff { (place.scale * place.scale) as f32 } else { 1.0 };
-            Arc::new(Point { position: place.put(point(at)).into(), color: color * weight, falloff })
-        }
-        WantedLight::Directional(DirectionalLight { direction, color }) => {
-            let color = color.map_or(Directional::default().color, |color| color.0);
-            Arc::new(Directional { direction: vector(direction), color })
-        }
-    }
-}
-
-fn vector(numbers: super::values::Point) -> Vec3 {
-    Vec3::from(point(numbers).map(|x| x as f32))
-}
 
 /// Puts all this into a scene whose files were put somewhere.
 pub(super) fn add(

@@ -6,6 +6,7 @@ use std::path::{Component, Path};
 use toml::{Table, Value};
 
 use crate::generate;
+use crate::light::LightKind;
 use crate::load::place::Place;
 use crate::load::{LoadError, Raw, RawParticles, VoxelType};
 use crate::medium::{DEFAULT_STEP, Fog};
@@ -185,8 +186,14 @@ impl SavedScene {
 
     /// Puts the only light at a point of the files.
     pub fn light(&mut self, at: [f64; 3], color: [f32; 3]) {
-        let entries = [("kind", "point".into()), ("at", numbers(at)), ("color", numbers(color.map(f64::from)))];
+        let entries = [("kind", LightKind::Point.name().into()), ("at", numbers(at)), ("color", numbers(color.map(f64::from)))];
         let light: Table = entries.map(|(key, value)| (key.to_owned(), value)).into_iter().collect();
+        self.table.insert("light".into(), Value::Array(vec![Value::Table(light)]));
+    }
+
+    /// Puts the only light where the camera is.
+    pub fn light_at_camera(&mut self) {
+        let light = Table::from_iter([("kind".to_owned(), LightKind::Camera.name().into())]);
         self.table.insert("light".into(), Value::Array(vec![Value::Table(light)]));
     }
 
