@@ -36,7 +36,8 @@
 //! | [`sampler`] | which rays a pixel gets, and in which packets |
 //! | [`camera`] | rays from image coordinates |
 //! | [`material`] | what colours the rays that hit something |
-//! | [`light`], [`background`] | what reaches points; what colours the rays that hit nothing |
+//! | [`background`] | what colours the rays that hit nothing, and may light the rest |
+//! | [`light`] | what reaches points |
 //! | [`shading`] | how hits are coloured: what lights them, shadows, rays that go on |
 //! | [`medium`] | what is between surfaces |
 //! | [`stack`] | the traits of the rendering stack, and the scene that they meet |

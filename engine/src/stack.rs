@@ -142,6 +142,27 @@ impl dyn Material {
 pub trait Background: Any + Debug + Send + Sync {
     /// Writes the colour of every ray of the sub-packet: none hit anything.
     fn shade(&self, context: &Context<'_>, misses: &mut SubPacket<'_>);
+
+    /// How it lights a scene whose axis that is up is `up`; `None` if it does not. Asked when the scene is built.
+    fn light(&self, _up: Up) -> Option<SkyLight> {
+        None
+    }
+}
+
+impl dyn Background {
+    /// The background as what it is, if it is of that type.
+    pub fn downcast_ref<B: Background>(&self) -> Option<&B> {
+        (self as &dyn Any).downcast_ref()
+    }
+}
+
+/// How a background lights a scene: instead of the usual light and the ambient light, and beside lights that the scene has.
+#[derive(Clone, Debug)]
+pub struct SkyLight {
+    /// Lights.
+    pub lights: Vec<Arc<dyn Light>>,
+    /// Light that comes from everywhere.
+    pub ambient: Arc<dyn AmbientLight>,
 }
 
 /// Lights points.

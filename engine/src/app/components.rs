@@ -99,8 +99,16 @@ impl Components {
         let Some(camera) = self.cameras.get(fragment.channel).or(self.cameras.last()) else { return };
         let renderer = &Named(&*self.renderer);
         let Self { token, width, scene, tone, .. } = self;
-        let context =
-            Context { token: *token, width: width.rays(), scene, renderer, statistics, tone: *tone, eye: camera.eye(), frame: 0 };
+        let context = Context {
+            token: *token,
+            width: width.rays(),
+            scene,
+            renderer,
+            statistics,
+            tone: *tone,
+            eye: camera.eye(),
+            frame: 0,
+        };
         scope("pixel sampler", || self.sampler.render_fragment(&context, &Named(&**camera), fragment, out));
     }
 }

@@ -1,7 +1,6 @@
 //! The pinhole camera: all rays start at the eye.
 
 use glam::Vec3;
-use glam::Vec3;
 use mobula_core::Properties;
 use mobula_core::simd::{F32Lanes, Task, Token};
 

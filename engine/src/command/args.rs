@@ -29,9 +29,9 @@ use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, LightChoice, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, crease,
-    distance, exposure, finite, fog, fov, light, part, plane, png, point, reach, samples, size, step_length, threads,
-    transfer, up, window,
+    Given, LightChoice, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background,
+    channels, crease, distance, exposure, finite, fog, fov, light, part, plane, png, point, reach, samples, size,
+    step_length, threads, transfer, up, window,
 };
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -176,6 +176,10 @@ pub(crate) struct SceneOptions {
         )
     )]
     pub(crate) background: Option<Given<Arc<dyn Background>>>,
+
+    /// Puts a grey ground under the scene, which ends far away and is no part of it
+    #[arg(long, action = ArgAction::SetTrue)]
+    pub(crate) ground: bool,
 
     /// Fog, for the renderer `raytracer`: of light that goes x units through it exp(-DENSITY x) is left; its colour is written as that
     /// of the background, and pale grey if not given [default: no fog]
@@ -342,6 +346,9 @@ impl SceneOptions {
         }
         self.particles.words().into_iter().for_each(|(name, value)| option(name, Some(value)));
         option("fog", self.fog.as_ref().map(|given| given.words.clone()));
+        if self.ground {
+            words.push("--ground".to_owned());
+        }
         words.join(" ")
     }
 }

@@ -281,6 +281,9 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         Some(LightChoice::Camera) => scene.lights = vec![Arc::new(Head::default())],
         None => {}
     }
+    if options.ground {
+        scene.ground.get_or_insert_default();
+    }
     if let Some(fog) = &options.fog {
         scene.media.retain(|medium| medium.downcast_ref::<Fog>().is_none());
         scene.media.push(Arc::new(fog.value));

@@ -70,6 +70,9 @@ pub(crate) fn scene(
         Some(values::LightChoice::Camera) => saved.light_at_camera(),
         None => {}
     }
+    if options.ground {
+        saved.ground();
+    }
     if let Some(fog) = &options.fog {
         saved.fog(&fog.value);
     }

@@ -5,6 +5,7 @@
 mod area;
 mod directional;
 mod disk;
+mod environment;
 mod head;
 mod hemisphere;
 mod kind;
@@ -13,9 +14,13 @@ mod rectangle;
 mod sphere;
 mod spot;
 mod sun;
+#[cfg(test)]
+mod tests;
 
 pub use directional::Directional;
 pub use disk::Disk;
+pub(crate) use environment::luminance;
+pub use environment::{Environment, direction, place};
 pub use head::Head;
 pub use hemisphere::Hemisphere;
 pub use kind::LightKind;

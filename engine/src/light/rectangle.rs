@@ -1,7 +1,7 @@
 //! A rectangle that shines.
 
 use glam::Vec3;
-use mobula_core::simd::{F32Lanes, Task, Token};
+use mobula_core::simd::{Task, Token};
 
 use super::area::{aim, emit};
 use crate::lanes::{add, load3, scale, splat3};

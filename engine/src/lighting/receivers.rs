@@ -22,7 +22,12 @@ impl<'a> Receivers<'a> {
 
     /// Hits, for the light of this number in a scene's list; `depth` is how many reflections or refractions they are behind.
     pub(crate) fn of_points(points: &'a Points, light: usize, depth: u32) -> Self {
-        Self { positions: points.positions(), samples: Some((points.samples(), Set::light(light, depth))) }
+        Self::with_samples(points.positions(), points.samples(), light, depth)
+    }
+
+    /// As [`of_points`](Self::of_points): `samples` are pixel seeds and sample numbers.
+    pub(crate) fn with_samples(positions: [&'a [f32]; 3], samples: [&'a [u32]; 2], light: usize, depth: u32) -> Self {
+        Self { positions, samples: Some((samples, Set::light(light, depth))) }
     }
 
     /// Number of points.
@@ -49,9 +54,7 @@ impl<'a> Receivers<'a> {
     #[inline(always)]
     pub(crate) fn square<T: Token>(&self, token: T, at: usize) -> [T::F32; 2] {
         match self.samples {
-            Some(([seeds, numbers], set)) => {
-                point(token, token.load_u32(seeds, at), token.load_u32(numbers, at), set)
-            }
+            Some(([seeds, numbers], set)) => point(token, token.load_u32(seeds, at), token.load_u32(numbers, at), set),
             None => [token.splat(0.5); 2],
         }
     }

@@ -9,7 +9,8 @@ use serde::de::{Deserializer, Error, IgnoredAny, IntoDeserializer, MapAccess, Se
 use toml::Spanned;
 
 use super::values::{
-    Angle, Color, Count, Exposure, Named, NotNegative, Number, Part, Point, Positive, Radiance, Reach, Turn, Whole,
+    Angle, Color, Count, Exposure, Named, NotNegative, Number, Part, Point, Positive, Radiance, Reach, Single, Turn,
+    Whole,
 };
 use crate::camera::CameraKind;
 use crate::renderer::RendererKind;
@@ -37,6 +38,7 @@ pub(super) struct Head {
     pub(super) background: Option<Background>,
     pub(super) ambient: Option<Ambient>,
     pub(super) fog: Option<Fog>,
+    pub(super) ground: Option<Ground>,
     materials: Option<IgnoredAny>,
     transfer: Option<IgnoredAny>,
     maps: Option<IgnoredAny>,
@@ -101,6 +103,20 @@ pub(super) struct Hemisphere {
 #[serde(deny_unknown_fields)]
 pub(super) struct Fog {
     pub(super) density: NotNegative,
+    pub(super) color: Option<Color>,
+}
+
+/// A ground under the scene: yes, no, or how.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Ground {
+    Usual(bool),
+    Such(SuchGround),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SuchGround {
+    pub(super) height: Option<Single>,
     pub(super) color: Option<Color>,
 }
 
@@ -304,6 +320,14 @@ either! {
             color.ok_or_else(|| E::invalid_value(Unexpected::Str(words), &self))
         }
         color_or_map!(Ambient: Plain, Hemisphere);
+    }
+    Ground = "true, false, or a table with height and color" {
+        fn visit_bool<E: Error>(self, there: bool) -> Result<Ground, E> {
+            Ok(Ground::Usual(there))
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Ground, A::Error> {
+            Deserialize::deserialize(MapAccessDeserializer::new(map)).map(Ground::Such)
+        }
     }
     Paint = "a colour, or a table with by, map and range" {
         fn visit_str<E: Error>(self, words: &str) -> Result<Paint, E> {

@@ -38,11 +38,9 @@ pub(super) fn lights(text: &Text<'_>, file: &mut DeTable<'_>) -> Result<Vec<Want
         _ => Ok(()),
     };
     let shines = |span: &Range<usize>, at: values::Point, to: values::Point| match point(at) == point(to) {
-        true => Err(text.error(
-            span.clone(),
-            "the light is where it shines to",
-            "write different points behind at and to",
-        )),
+        true => {
+            Err(text.error(span.clone(), "the light is where it shines to", "write different points behind at and to"))
+        }
         false => Ok(()),
     };
     let read = |value| {
@@ -56,7 +54,11 @@ pub(super) fn lights(text: &Text<'_>, file: &mut DeTable<'_>) -> Result<Vec<Want
                 let [inner, outer] = cone(&light);
                 if inner > outer {
                     let problem = format!("the bright cone, of {inner} degrees, is wider than the whole, of {outer}");
-                    return Err(text.error(span, problem, "write inner and outer, both from the axis, the lesser first"));
+                    return Err(text.error(
+                        span,
+                        problem,
+                        "write inner and outer, both from the axis, the lesser first",
+                    ));
                 }
                 WantedLight::Spot(light)
             }

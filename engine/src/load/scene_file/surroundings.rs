@@ -15,7 +15,7 @@ use crate::light::Hemisphere;
 use crate::load::LoadError;
 use crate::load::place::Place;
 use crate::medium::Fog;
-use crate::scene::{SceneDescription, Time};
+use crate::scene::{Ground, SceneDescription, Time};
 use crate::view::Up;
 
 /// Puts all this into a scene whose files were put somewhere.
@@ -49,6 +49,15 @@ pub(super) fn add(
     if let Some(background) = background {
         scene.background = background;
     }
+    scene.ground = match head.ground {
+        None => scene.ground,
+        Some(keys::Ground::Usual(there)) => there.then(Ground::default),
+        Some(keys::Ground::Such(keys::SuchGround { height, color })) => {
+            let color = color.map_or(Ground::default().color, |color| color.0);
+            // Which axis is up may be known later: a point that is as high along each.
+            Some(Ground { at: height.map(|height| place.put([height.0; 3]).into()), color })
+        }
+    };
     if let Some(keys::Fog { density, color }) = head.fog {
         let fog = Fog::new((density.0 / place.scale) as f32);
         scene.media.push(Arc::new(Fog { color: color.map_or(fog.color, |color| color.0), ..fog }));

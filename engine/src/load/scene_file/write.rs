@@ -186,7 +186,8 @@ impl SavedScene {
 
     /// Puts the only light at a point of the files.
     pub fn light(&mut self, at: [f64; 3], color: [f32; 3]) {
-        let entries = [("kind", LightKind::Point.name().into()), ("at", numbers(at)), ("color", numbers(color.map(f64::from)))];
+        let entries =
+            [("kind", LightKind::Point.name().into()), ("at", numbers(at)), ("color", numbers(color.map(f64::from)))];
         let light: Table = entries.map(|(key, value)| (key.to_owned(), value)).into_iter().collect();
         self.table.insert("light".into(), Value::Array(vec![Value::Table(light)]));
     }
@@ -205,6 +206,11 @@ impl SavedScene {
     /// Gives it a background, in words.
     pub fn background(&mut self, words: &str) {
         self.table.insert("background".into(), words.into());
+    }
+
+    /// Puts a ground under it.
+    pub fn ground(&mut self) {
+        self.table.insert("ground".into(), Value::Boolean(true));
     }
 
     /// Gives it fog.
