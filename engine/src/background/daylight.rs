@@ -1,6 +1,6 @@
 //! A clear sky with the sun: A. J. Preetham, Peter Shirley and Brian Smits, "A Practical Analytic Model for Daylight", SIGGRAPH 1999.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 
@@ -12,7 +12,7 @@ use crate::view::Up;
 
 /// A clear sky with the sun and a grey ground, which light the scene. So bright that a white surface is about as bright as white can be,
 /// where it is level under a high sun, or faces a low one half.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Daylight {
     elevation: f32,
     azimuth: f32,
@@ -27,6 +27,8 @@ pub struct Daylight {
     perez: [[f64; 5]; 3],
     /// Below the horizon.
     ground: Vec3,
+    /// Its light, once it was asked for.
+    light: OnceLock<Option<Environment>>,
 }
 
 /// The part of the light that the ground scatters.
@@ -73,8 +75,17 @@ impl Daylight {
         for (zenith, c) in zenith.iter_mut().zip(&perez) {
             *zenith /= relative(c, 1.0, theta, libm::cos(theta));
         }
-        let mut sky =
-            Self { elevation, azimuth, turbidity, sun, sunlight: Vec3::ZERO, zenith, perez, ground: Vec3::ZERO };
+        let mut sky = Self {
+            elevation,
+            azimuth,
+            turbidity,
+            sun,
+            sunlight: Vec3::ZERO,
+            zenith,
+            perez,
+            ground: Vec3::ZERO,
+            light: OnceLock::new(),
+        };
         // In kilocandela per square metre; then over what a white surface sends out.
         let sunlight = transmitted(t, f64::from(elevation)).map(|part| (part * SUN / std::f64::consts::PI) as f32);
         let of_sky = sky.scattered();
@@ -164,7 +175,7 @@ impl Background for Daylight {
     /// The sky by a table, the sun, and the ground as what surfaces get that face down.
     fn light(&self, up: Up) -> Option<SkyLight> {
         let sun = Sun { direction: up.from_y_up(self.sun), color: self.sunlight, angle: Sun::ANGLE };
-        let sky = Environment::new(TABLE[0], &self.table())?;
+        let sky = self.light.get_or_init(|| Environment::new(TABLE[0], &self.table())).clone()?;
         let ambient = Hemisphere { above: Vec3::ZERO, below: self.ground };
         Some(SkyLight { lights: vec![Arc::new(sun), Arc::new(sky)], ambient: Arc::new(ambient) })
     }

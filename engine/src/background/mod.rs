@@ -6,10 +6,12 @@ mod constant;
 mod daylight;
 mod gradient;
 mod kind;
+mod panorama;
 
 pub use constant::Constant;
 pub use daylight::Daylight;
 pub use gradient::Gradient;
 pub use kind::{BackgroundKind, parse};
+pub use panorama::Panorama;
 
 pub use crate::stack::Background;

@@ -1,12 +1,11 @@
 //! What the command line may say.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::{ArgAction, Args, Parser, Subcommand};
 use mobula::accel::AccelerationKind;
 use mobula::app::PacketWidth;
-use mobula::background::{Background, BackgroundKind};
+use mobula::background::BackgroundKind;
 use mobula::balance::BalancerKind;
 use mobula::camera::CameraKind;
 #[cfg(feature = "window")]
@@ -14,7 +13,7 @@ use mobula::camera::Up;
 use mobula::choice::list;
 use mobula::display::stereo::Stereo;
 use mobula::image::Size;
-use mobula::load::FORMATS;
+use mobula::load::{FORMATS, PICTURES};
 use mobula::medium::{DEFAULT_STEP, Fog};
 use mobula::renderer::RendererKind;
 use mobula::sampler::{Filter, SamplerKind};
@@ -29,9 +28,9 @@ use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, LightChoice, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background,
-    channels, crease, distance, exposure, finite, fog, fov, light, part, plane, png, point, reach, samples, size,
-    step_length, threads, transfer, up, window,
+    BackgroundChoice, Given, LightChoice, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one,
+    background, channels, crease, distance, exposure, finite, fog, fov, light, part, plane, png, point, reach, samples,
+    size, step_length, threads, transfer, up, window,
 };
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -169,13 +168,15 @@ pub(crate) struct SceneOptions {
     pub(crate) up: UpChoice,
 
     #[arg(
-        long, value_name = "COLOUR", value_parser = as_given(background),
+        long, value_name = "NAME|COLOUR|FILE", value_parser = as_given(background),
         help = format!(
-            "Background: {}, or a colour: R,G,B from 0 to 1 of light, or #RRGGBB of a screen",
-            BackgroundKind::NAMES.join(", ")
+            "Background: {}; a colour: R,G,B from 0 to 1 of light, or #RRGGBB of a screen; or a picture of everything around ({}; twice as \
+             wide as high), which lights the scene, as daylight does. daylight:ELEVATION,AZIMUTH,TURBIDITY places the sun: degrees above \
+             the horizon and clockwise from what is behind the scene, and how hazy it is, 1.8 to 10 [default for daylight: 45,215,3]",
+            BackgroundKind::NAMES.join(", "), PICTURES.join(", ")
         )
     )]
-    pub(crate) background: Option<Given<Arc<dyn Background>>>,
+    pub(crate) background: Option<Given<BackgroundChoice>>,
 
     /// Puts a grey ground under the scene, which ends far away and is no part of it
     #[arg(long, action = ArgAction::SetTrue)]

@@ -36,7 +36,7 @@ use glam::Vec3;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
 use mobula::light::{Head, Point};
-use mobula::load::{Loaded, printable};
+use mobula::load::{Loaded, environment, printable};
 #[cfg(feature = "window")]
 use mobula::load::{Place, SCENE_FILE, SavedScene};
 use mobula::medium::Fog;
@@ -53,7 +53,7 @@ use serde_json::Value;
 
 use args::{Cli, Command, SceneOptions};
 use failure::Failure;
-use values::LightChoice;
+use values::{BackgroundChoice, LightChoice};
 
 /// Says something on standard error. That nobody can be told is no reason to do less.
 macro_rules! say {
@@ -289,7 +289,10 @@ fn prepare(options: &SceneOptions, on_demand: bool, sampler: SamplerKind) -> Res
         scene.media.push(Arc::new(fog.value));
     }
     if let Some(background) = &options.background {
-        scene.background = Arc::clone(&background.value);
+        scene.background = match &background.value {
+            BackgroundChoice::Plain(background) => Arc::clone(background),
+            BackgroundChoice::File(file) => Arc::new(environment(file, 0.0, 1.0)?),
+        };
     }
     if !scene.media.is_empty() && settings.renderer != RendererKind::Raytracer {
         say!("mobula: warning: the renderer {} shows no media (--transfer, --fog); raytracer does", settings.renderer);

@@ -10,7 +10,7 @@ use mobula::stack::Scene;
 
 use super::args::SceneOptions;
 use super::particle_options::{Crop, ParticleOptions, Range, Tile};
-use super::values;
+use super::values::{self, BackgroundChoice};
 
 /// The options that make the same whichever steps of time are in memory: with what was chosen of particles, and where there are steps that
 /// are not in memory, with the light and the axis that follow from those that are.
@@ -77,7 +77,10 @@ pub(crate) fn scene(
         saved.fog(&fog.value);
     }
     if let Some(background) = &options.background {
-        saved.background(&background.words);
+        match &background.value {
+            BackgroundChoice::Plain(_) => saved.background(&background.words),
+            BackgroundChoice::File(_) => saved.background_file(&background.words),
+        }
     }
     Some(saved)
 }

@@ -15,7 +15,11 @@ use crate::stack::{Context, Illumination, Light, Receivers};
 /// 3rd edition, 14.2.4, "Infinite Area Lights"): first a row, then a texel of it, each as often as its radiance times its solid angle is
 /// large, then evenly within. What is bright is found by most samples, and all samples weigh about the same.
 #[derive(Clone)]
-pub struct Environment(Arc<Table>);
+pub struct Environment {
+    table: Arc<Table>,
+    /// How far it is turned, clockwise seen from above: radians.
+    turn: f32,
+}
 
 struct Table {
     size: [usize; 2],
@@ -69,19 +73,25 @@ impl Environment {
                 if weight.is_finite() { sound(color) * weight } else { Vec3::ZERO }
             }));
         }
-        Some(Self(Arc::new(Table { size: [columns, rows], rows: parts, texels, arrives })))
+        let table = Table { size: [columns, rows], rows: parts, texels, arrives };
+        Some(Self { table: Arc::new(table), turn: 0.0 })
+    }
+
+    /// Turned by so many whole turns, clockwise seen from above.
+    pub fn turned(&self, turn: f32) -> Self {
+        Self { turn: self.turn + TAU * turn, ..self.clone() }
     }
 
     /// For a point of the unit square: a direction, with y up, and what arrives from there.
     fn sample(&self, [u, v]: [f32; 2]) -> (Vec3, Vec3) {
-        let Table { size: [columns, rows], rows: parts, texels, arrives } = &*self.0;
+        let Table { size: [columns, rows], rows: parts, texels, arrives } = &*self.table;
         let (row, down) = find(parts, v);
         let (column, along) = find(&texels[row * columns..(row + 1) * columns], u);
         let height = |row: usize| libm::cosf(PI * row as f32 / *rows as f32);
         let (above, below) = (height(row), height(row + 1));
         let y = above + (below - above) * down;
         let angle = TAU * (column as f32 + along) / *columns as f32;
-        (around(angle, y), arrives[row * columns + column])
+        (around(angle + self.turn, y), arrives[row * columns + column])
     }
 }
 
@@ -151,7 +161,7 @@ impl Light for Environment {
 
 impl fmt::Debug for Environment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Environment").field(&self.0.size).finish()
+        f.debug_struct("Environment").field("size", &self.table.size).field("turn", &self.turn).finish()
     }
 }
 

@@ -15,6 +15,7 @@
 //! | `particles` | CSV, XYZ, dumps of LAMMPS and raw numbers: particles |
 //! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
 //! | `transfer` | transfer functions |
+//! | `environment` | pictures that show everything around a scene |
 //! | [`picture`] | pictures for textures and environments |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
@@ -28,6 +29,7 @@
 //! | `error` | [`LoadError`] |
 
 mod binary;
+mod environment;
 mod error;
 mod format;
 mod input;
@@ -54,6 +56,7 @@ mod text;
 mod transfer;
 mod volume;
 
+pub use environment::{PICTURES, environment, is_picture};
 pub use error::LoadError;
 pub use format::{FORMATS, Format, SCENE_FILE, load, load_with};
 pub use loaded::{Loaded, Report};

@@ -19,6 +19,7 @@ use crate::scene::{Geometry, Mesh, NeedsRebuild, Scene, SceneDescription, Sphere
 use crate::stack::{Camera as _, Context, Fragment, Occlusion, Statistics};
 use crate::tone::Tone;
 
+mod lights;
 mod translucent;
 
 const WIDTH: u32 = 41;

@@ -1,5 +1,6 @@
 //! Background, camera, and what else concerns the whole scene.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -7,13 +8,13 @@ use toml::Spanned;
 
 use super::keys::{self, Camera, Head};
 use super::lights::{WantedLight, light, vector};
-use super::text::Text;
+use super::text::{Text, shortened};
 use super::values::{Named, point};
 use crate::background::{self, Background, Constant, Gradient};
 use crate::image::Size;
 use crate::light::Hemisphere;
-use crate::load::LoadError;
 use crate::load::place::Place;
+use crate::load::{self, LoadError, input};
 use crate::medium::Fog;
 use crate::scene::{Ground, SceneDescription, Time};
 use crate::view::Up;
@@ -29,7 +30,7 @@ pub(super) fn add(
     if !lights.is_empty() {
         scene.lights = lights.iter().map(|wanted| light(wanted, place)).collect();
     }
-    match &head.ambient {
+    match head.ambient.as_ref().map(Spanned::get_ref) {
         None => {}
         Some(keys::Ambient::Plain(color)) => {
             scene.ambient = Arc::new(Hemisphere { above: color.0, below: color.0 });
@@ -39,6 +40,10 @@ pub(super) fn add(
         }
     }
     let background: Option<Arc<dyn Background>> = match &head.background {
+        Some(keys::Background::Picture(keys::Panorama { file, rotate, strength })) => {
+            let [rotate, strength] = [rotate.map_or(0.0, |x| x.0), strength.map_or(1.0, |x| x.0)].map(|x| x as f32);
+            Some(Arc::new(load::environment(&picture(text, file)?, rotate, strength)?))
+        }
         None => None,
         Some(keys::Background::Words(words)) => background::parse(words),
         Some(keys::Background::Plain(color)) => Some(Arc::new(Constant { color: color.0 })),
@@ -47,6 +52,10 @@ pub(super) fn add(
         }
     };
     if let Some(background) = background {
+        if let Some(ambient) = head.ambient.as_ref().filter(|_| background.light(Up::Y).is_some()) {
+            let problem = "this background lights the scene from everywhere: there is no other ambient light";
+            return Err(text.error(ambient.span(), problem, "leave out ambient, or choose another background"));
+        }
         scene.background = background;
     }
     scene.ground = match head.ground {
@@ -85,6 +94,16 @@ pub(super) fn add(
     }
     scene.up = head.up.map(|Named(axis)| axis).or(scene.up);
     Ok(())
+}
+
+/// The file of a picture: a regular one only, since a name could be that of a pipe or a device.
+fn picture(text: &Text<'_>, name: &Spanned<String>) -> Result<PathBuf, LoadError> {
+    let file = text.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
+    let there = !name.get_ref().contains('\0') && input::is_regular(&file);
+    there.then_some(file).ok_or_else(|| {
+        let problem = format!("there is no file \"{}\"", shortened(name.get_ref()));
+        text.error(name.span(), problem, "name it as seen from the folder of the scene file")
+    })
 }
 
 fn look(

@@ -93,6 +93,11 @@ impl SavedScene {
                 *name = moved(folder, name);
             }
         }
+        if let Some(Value::String(name)) =
+            table.get_mut("background").and_then(Value::as_table_mut).and_then(|table| table.get_mut("file"))
+        {
+            *name = moved(folder, name);
+        }
         Ok(Self { table, place })
     }
 
@@ -206,6 +211,12 @@ impl SavedScene {
     /// Gives it a background, in words.
     pub fn background(&mut self, words: &str) {
         self.table.insert("background".into(), words.into());
+    }
+
+    /// Gives it a picture of everything around as a background, as it is.
+    pub fn background_file(&mut self, file: &str) {
+        let table = Table::from_iter([("file".to_owned(), file.into())]);
+        self.table.insert("background".into(), Value::Table(table));
     }
 
     /// Puts a ground under it.
