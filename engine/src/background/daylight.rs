@@ -257,6 +257,21 @@ mod tests {
     }
 
     #[test]
+    fn the_table_lights_as_much_as_the_sky() {
+        let sky = Daylight::default();
+        let [columns, rows] = TABLE;
+        let mut sum = Vec3::ZERO;
+        for (i, color) in sky.table().into_iter().enumerate() {
+            let height = |row: usize| libm::cosf(std::f32::consts::PI * row as f32 / rows as f32);
+            let (above, below) = (height(i / columns), height(i / columns + 1));
+            // Over pi: the cosine times the solid angle, of the texel.
+            sum += color * ((above * above - below * below) / columns as f32);
+        }
+        let expected = sky.scattered();
+        assert!(((sum - expected) / expected).abs().max_element() < 0.01, "{sum} for {expected}");
+    }
+
+    #[test]
     fn skies_of_all_parameters_are_finite_and_look_like_skies() {
         for elevation in [0.0, 1.0, 20.0, 45.0, 89.9, 90.0, f32::NAN] {
             for turbidity in [1.8, 3.0, 6.0, 10.0, f32::INFINITY] {

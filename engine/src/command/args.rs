@@ -210,8 +210,8 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "DISTANCE", value_parser = reach, num_args = 0..=1, default_missing_value = "inf", require_equals = true)]
     pub(crate) ao: Option<f64>,
 
-    /// Where the only light is: at a point, or at the camera, wherever that goes [default: the lights of the scene, or one to the upper left
-    /// of its own view]
+    /// Where the light is, instead of those of the scene: at a point, or at the camera, wherever that goes. A background that lights goes on
+    /// doing so [default: the lights of the scene, or one to the upper left of its own view]
     #[arg(long, value_name = "X,Y,Z|camera", value_parser = light, allow_hyphen_values = true)]
     pub(crate) light: Option<LightChoice>,
 
