@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::packet::{Column, set_vec3};
+use crate::packet::{Column, set_vec3, vec3};
 use crate::scratch::lend;
 use crate::stack::{Context, Illumination, Light, Receivers};
 
@@ -14,6 +14,9 @@ use crate::stack::{Context, Illumination, Light, Receivers};
 /// in a picture that shows the whole sphere. Directions are chosen by the table (Pharr, Jakob and Humphreys, "Physically Based Rendering",
 /// 3rd edition, 14.2.4, "Infinite Area Lights"): first a row, then a texel of it, each as often as its radiance times its solid angle is
 /// large, then evenly within. What is bright is found by most samples, and all samples weigh about the same.
+///
+/// Of a few directions that are chosen so for a surface, one remains, the more often the more it counts there (Talbot, Cline and Egbert,
+/// "Importance Resampling for Global Illumination", 2005): few are lost behind the surface, and one shadow ray is as good as several.
 #[derive(Clone)]
 pub struct Environment {
     table: Arc<Table>,
@@ -22,7 +25,9 @@ pub struct Environment {
 }
 
 struct Table {
-    size: [usize; 2],
+    columns: usize,
+    /// The heights of the upper edges of the rows, and of the lower edge of the last.
+    heights: Vec<f32>,
     /// The part of the whole up to and with each row.
     rows: Vec<f32>,
     /// Of each row, the part of it up to and with each texel.
@@ -30,6 +35,9 @@ struct Table {
     /// What arrives from a sample in each texel: its radiance over pi times the density of its direction.
     arrives: Vec<Vec3>,
 }
+
+/// How much a direction counts for a surface that it grazes, where one across it counts this and 1.
+const GRAZING: f32 = 0.1;
 
 /// The brightness of a colour (ITU-R BT.709).
 pub(crate) fn luminance(color: Vec3) -> f32 {
@@ -73,7 +81,8 @@ impl Environment {
                 if weight.is_finite() { sound(color) * weight } else { Vec3::ZERO }
             }));
         }
-        let table = Table { size: [columns, rows], rows: parts, texels, arrives };
+        let heights = (0..=rows).map(|row| libm::cosf(PI * row as f32 / rows as f32)).collect();
+        let table = Table { columns, heights, rows: parts, texels, arrives };
         Some(Self { table: Arc::new(table), turn: 0.0 })
     }
 
@@ -84,14 +93,35 @@ impl Environment {
 
     /// For a point of the unit square: a direction, with y up, and what arrives from there.
     fn sample(&self, [u, v]: [f32; 2]) -> (Vec3, Vec3) {
-        let Table { size: [columns, rows], rows: parts, texels, arrives } = &*self.table;
-        let (row, down) = find(parts, v);
+        let Table { columns, heights, rows, texels, arrives } = &*self.table;
+        let (row, down) = find(rows, v);
         let (column, along) = find(&texels[row * columns..(row + 1) * columns], u);
-        let height = |row: usize| libm::cosf(PI * row as f32 / *rows as f32);
-        let (above, below) = (height(row), height(row + 1));
+        let (above, below) = (heights[row], heights[row + 1]);
         let y = above + (below - above) * down;
         let angle = TAU * (column as f32 + along) / *columns as f32;
         (around(angle + self.turn, y), arrives[row * columns + column])
+    }
+
+    /// As [`sample`](Self::sample), for a surface with this normal: one of four such samples, half a square apart.
+    fn resampled(&self, [u, v]: [f32; 2], normal: Vec3) -> (Vec3, Vec3) {
+        let half = |x: f32| if x < 0.5 { x + 0.5 } else { x - 0.5 };
+        let samples = [[u, v], [half(u), v], [u, half(v)], [half(u), half(v)]].map(|square| self.sample(square));
+        let weights = samples.map(|(direction, arrives)| {
+            let cosine = direction.dot(normal);
+            // By more than the cosine, since highlights do not vanish with it.
+            if cosine > 0.0 { luminance(arrives) * (cosine + GRAZING) } else { 0.0 }
+        });
+        let sum = weights.iter().sum::<f32>();
+        // Which one is decided by what the place of a sample in its texel is decided by: the last digits.
+        let mut left = (v * 4096.0).fract() * sum;
+        let chosen = weights.iter().position(|&weight| {
+            left -= weight;
+            weight > 0.0 && left < 0.0
+        });
+        let last = || weights.iter().rposition(|&weight| weight > 0.0);
+        let Some(chosen) = chosen.or_else(last) else { return (samples[0].0, Vec3::ZERO) };
+        let (direction, arrives) = samples[chosen];
+        (direction, arrives * (sum / (weights.len() as f32 * weights[chosen])))
     }
 }
 
@@ -146,8 +176,12 @@ impl Light for Environment {
         let (u, v) = (&mut u[..count], &mut v[..count]);
         points.choose(context.token, [u, v]);
         let up = context.scene.up;
+        let normals = points.normals();
         for (i, (&mut u, &mut v)) in u.iter_mut().zip(v.iter_mut()).enumerate() {
-            let (direction, arrives) = self.sample([u, v]);
+            let (direction, arrives) = match &normals {
+                Some(normals) => self.resampled([u, v], up.to_y_up(vec3(normals, i))),
+                None => self.sample([u, v]),
+            };
             set_vec3(&mut out.direction, i, up.from_y_up(direction));
             set_vec3(&mut out.radiance, i, arrives);
         }
@@ -161,13 +195,14 @@ impl Light for Environment {
 
 impl fmt::Debug for Environment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Environment").field("size", &self.table.size).field("turn", &self.turn).finish()
+        f.debug_struct("Environment").field("columns", &self.table.columns).field("turn", &self.turn).finish()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::{hash, unit};
 
     /// Points of the square as even as may be.
     fn even(count: usize) -> impl Iterator<Item = [f32; 2]> {
@@ -201,6 +236,23 @@ mod tests {
             expected += radiance[texel] * weight(direction(u, v)) * solid_angle * FRAC_1_PI;
         }
         assert!(((found - expected) / expected).abs().max_element() < 5e-3, "{found} for {expected}");
+    }
+
+    #[test]
+    fn of_several_samples_one_stands_for_all() {
+        let radiance: Vec<Vec3> = (0..128).map(|i| Vec3::splat((i * 37 % 11) as f32 + 0.1)).collect();
+        let light = Environment::new(16, &radiance).unwrap();
+        let normal = Vec3::new(0.48, 0.6, -0.64);
+        let scattered = |(way, arrives): (Vec3, Vec3)| arrives.x * way.dot(normal).max(0.0);
+        let moments = |rows: &mut dyn Iterator<Item = f32>| {
+            rows.fold([0.0; 2], |[a, b], x| [a + x / 65_536.0, b + x * x / 65_536.0])
+        };
+        let squares = || (0..65_536).map(|i| [i, !i].map(|seed| unit(hash(hash(seed)))));
+        let plain = moments(&mut squares().map(|square| scattered(light.sample(square))));
+        let resampled = moments(&mut squares().map(|square| scattered(light.resampled(square, normal))));
+        assert!((plain[0] / resampled[0] - 1.0).abs() < 0.02, "the same mean: {plain:?} {resampled:?}");
+        let [before, after] = [plain, resampled].map(|[mean, square]| square - mean * mean);
+        assert!(after < 0.35 * before, "and less noise: {before} {after}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::sequence::{Set, point};
 #[derive(Clone, Copy, Debug)]
 pub struct Receivers<'a> {
     positions: [&'a [f32]; 3],
+    normals: Option<[&'a [f32]; 3]>,
     /// The samples that they belong to, and the set of a light's own; `None`: they belong to none.
     samples: Option<([&'a [u32]; 2], Set)>,
 }
@@ -17,17 +18,18 @@ pub struct Receivers<'a> {
 impl<'a> Receivers<'a> {
     /// Points that belong to no samples: what is in their middle is chosen for all of them.
     pub fn new(positions: [&'a [f32]; 3]) -> Self {
-        Self { positions, samples: None }
+        Self { positions, normals: None, samples: None }
     }
 
     /// Hits, for the light of this number in a scene's list; `depth` is how many reflections or refractions they are behind.
     pub(crate) fn of_points(points: &'a Points, light: usize, depth: u32) -> Self {
-        Self::with_samples(points.positions(), points.samples(), light, depth)
+        let normals = Some(points.normals());
+        Self { normals, ..Self::with_samples(points.positions(), points.samples(), light, depth) }
     }
 
     /// As [`of_points`](Self::of_points): `samples` are pixel seeds and sample numbers.
     pub(crate) fn with_samples(positions: [&'a [f32]; 3], samples: [&'a [u32]; 2], light: usize, depth: u32) -> Self {
-        Self { positions, samples: Some((samples, Set::light(light, depth))) }
+        Self { positions, normals: None, samples: Some((samples, Set::light(light, depth))) }
     }
 
     /// Number of points.
@@ -43,6 +45,11 @@ impl<'a> Receivers<'a> {
     /// Where they are.
     pub fn positions(&self) -> [&'a [f32]; 3] {
         self.positions
+    }
+
+    /// Unit shading normals on the side that is seen, if they are points of surfaces.
+    pub fn normals(&self) -> Option<[&'a [f32]; 3]> {
+        self.normals
     }
 
     /// Fills a row for each of them with a point of the unit square: where in the light it is to be looked. The same at every level.
