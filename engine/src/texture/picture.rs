@@ -14,7 +14,7 @@ pub struct Picture {
 }
 
 /// The numbers of a picture.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Texels {
     /// Red, green, blue and alpha from 0 to 255, as files have them: what they stand for depends on what the picture is for.
     Bytes(Vec<[u8; 4]>),
