@@ -38,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         renderer,
         statistics: &statistics,
         tone: Tone::default(),
+        eye: Some(scene.view(width as f32 / height as f32).eye),
         frame: 0,
     };
     let whole = Fragment { channel: 0, x0: 0, y0: 0, x1: width as usize, y1: height as usize, step: 1 };

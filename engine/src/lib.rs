@@ -36,7 +36,8 @@
 //! | [`sampler`] | which rays a pixel gets, and in which packets |
 //! | [`camera`] | rays from image coordinates |
 //! | [`material`] | what colours the rays that hit something |
-//! | [`light`], [`background`] | what reaches points; what colours the rays that hit nothing |
+//! | [`background`] | what colours the rays that hit nothing, and may light the rest |
+//! | [`light`] | what reaches points |
 //! | [`shading`] | how hits are coloured: what lights them, shadows, rays that go on |
 //! | [`medium`] | what is between surfaces |
 //! | [`stack`] | the traits of the rendering stack, and the scene that they meet |
@@ -59,8 +60,9 @@
 //! | [`view`] | where a camera stands and looks |
 //! | [`tone`] | from the light that arrives to what a screen can show |
 //! | [`choice`] | components that are chosen by name |
-//! | `lanes` | vectors of three, a lane a ray |
 //! | `sequence` | points that fill a square evenly, for what is chosen at random |
+//! | `warp` | points of a square moved to disks and directions |
+//! | `lanes` | vectors of three, a lane a ray |
 //! | [`math`] | arithmetic whose bits depend on no platform |
 
 pub mod accel;
@@ -104,3 +106,4 @@ pub mod tone;
 pub mod traverse;
 pub mod view;
 pub mod volume;
+mod warp;

@@ -4,11 +4,10 @@
 //! Whatever is chosen at random for a sample (where in its pixel, towards which point of a light) has a set of its own. The points of two
 //! sets, or of two pixels, have nothing to do with each other; those of one, from the first on, are as even as may be.
 
-use std::f32::consts::FRAC_PI_4;
-
 use mobula_core::simd::{AnyToken, F32Lanes, I32Lanes, Task, Token};
 
 use crate::math::hash;
+use crate::warp::disk;
 
 /// What is chosen at random for a sample. The points of a set are even together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +35,11 @@ impl Set {
     /// Where on a lens a ray starts.
     pub(crate) const LENS: Self = Self(0x300_0000);
 
+    /// Where on a light of this number a hit with so many reflections or refractions before it looks.
+    pub(crate) fn light(number: usize, depth: u32) -> Self {
+        Self((number as u32).wrapping_add(1) << 8 | depth & 0xff)
+    }
+
     /// A number that scrambles: one of three for each set.
     fn seed(self, which: u32) -> u32 {
         hash(self.0.wrapping_mul(3).wrapping_add(which + 1))
@@ -56,33 +60,6 @@ pub(crate) fn point<T: Token>(token: T, seed: T::I32, index: T::I32, set: Set) -
     let x = permute(token, index, seed ^ token.splat_i32(seeds[1]));
     let y = permute(token, pascal(token, index), seed ^ token.splat_i32(seeds[2]));
     [unit(token, mirror(token, x)), unit(token, mirror(token, y))]
-}
-
-/// The point of a square, both coordinates in 0..1, moved to a disk of radius 1 without tearing it (Shirley and Chiu, "A Low Distortion Map
-/// Between Disk and Square", 1997).
-#[inline(always)]
-pub(crate) fn disk<T: Token>(token: T, [u, v]: [T::F32; 2]) -> [T::F32; 2] {
-    let (one, tiny) = (token.splat(1.0), token.splat(f32::MIN_POSITIVE));
-    let (a, b) = (u + u - one, v + v - one);
-    let wide = a.abs().gt(b.abs());
-    let (radius, other) = (a.select(wide, b), b.select(wide, a));
-    // At the middle any angle will do.
-    let angle = other / radius.select(radius.abs().gt(tiny), one) * token.splat(FRAC_PI_4);
-    let (sine, cosine) = sine_and_cosine(token, angle);
-    let (long, short) = (radius * cosine, radius * sine);
-    [long.select(wide, short), short.select(wide, long)]
-}
-
-/// Of an angle of at most pi / 4: Taylor series, good to 4e-7.
-#[inline(always)]
-fn sine_and_cosine<T: Token>(token: T, angle: T::F32) -> (T::F32, T::F32) {
-    let q = angle * angle;
-    let sine = token.splat(1.0)
-        - q * (token.splat(1.0 / 6.0) - q * (token.splat(1.0 / 120.0) - q * token.splat(1.0 / 5040.0)));
-    let cosine = token.splat(1.0)
-        - q * (token.splat(0.5)
-            - q * (token.splat(1.0 / 24.0) - q * (token.splat(1.0 / 720.0) - q * token.splat(1.0 / 40320.0))));
-    (angle * sine, cosine)
 }
 
 /// Fills `out` with the points of a set that belong to `samples` (hashes of pixels, and numbers there): of the square, or of the disk.

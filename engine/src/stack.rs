@@ -17,7 +17,7 @@ pub use mobula_core::volume::Segments;
 
 use crate::geometry::{Geometries, Geometry, Meeting, Translucent};
 use crate::image::FrameBuffer;
-pub use crate::lighting::{Illumination, Lit};
+pub use crate::lighting::{Illumination, Lit, Receivers};
 use crate::packet::{AnyHitPacket, Columns3, Hits, Packet, Rays, SubPacket, optical_depth, part, set_vec3, vec3};
 use crate::pipeline::fault::scope;
 use crate::scratch::{Lent, lend};
@@ -42,6 +42,8 @@ pub struct Context<'a> {
     pub statistics: &'a Statistics,
     /// How what arrives is shown.
     pub tone: Tone,
+    /// Where the camera is, if it is at one place.
+    pub eye: Option<Vec3>,
     /// The number of the frame: samplers jitter by it. Keep it at 0 for pictures that must repeat.
     pub frame: u32,
 }
@@ -95,6 +97,11 @@ pub trait Camera: Send + Sync {
     /// Fills origins and directions of the rays from `packet.image` (pixels, of an image of `size`), and sets the properties that
     /// hold. What it makes of a sample must depend on that sample alone, and be the same bits at every level.
     fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet);
+
+    /// Where it is, for lights that go with it.
+    fn eye(&self) -> Option<Vec3> {
+        None
+    }
 }
 
 /// Traces a packet whose rays are there, and leaves a colour in each (paper Figure 6).
@@ -159,16 +166,44 @@ impl dyn Material {
 pub trait Background: Any + Debug + Send + Sync {
     /// Writes the colour of every ray of the sub-packet: none hit anything.
     fn shade(&self, context: &Context<'_>, misses: &mut SubPacket<'_>);
+
+    /// How it lights a scene whose axis that is up is `up`; `None` if it does not. Asked when the scene is built.
+    fn light(&self, _up: Up) -> Option<SkyLight> {
+        None
+    }
+}
+
+impl dyn Background {
+    /// The background as what it is, if it is of that type.
+    pub fn downcast_ref<B: Background>(&self) -> Option<&B> {
+        (self as &dyn Any).downcast_ref()
+    }
+}
+
+/// How a background lights a scene: instead of the usual light and the ambient light, and beside lights that the scene has.
+#[derive(Clone, Debug)]
+pub struct SkyLight {
+    /// Lights.
+    pub lights: Vec<Arc<dyn Light>>,
+    /// Light that comes from everywhere.
+    pub ambient: Arc<dyn AmbientLight>,
 }
 
 /// Lights points.
 pub trait Light: Any + Debug + Send + Sync {
-    /// Fills a row of `out` for each of the points, as if nothing were in the way. What is in rows behind them is lost. The results are
-    /// the same at every level.
-    fn illuminate(&self, token: AnyToken, points: [&[f32]; 3], out: &mut Illumination);
+    /// Fills a row of `out` for each of the points, as if nothing were in the way. What is in rows behind them is lost. What it says of a
+    /// point must depend on that point alone, with [what is chosen for it](Receivers::choose), and be the same at every level.
+    fn illuminate(&self, context: &Context<'_>, points: Receivers<'_>, out: &mut Illumination);
 
     /// The point that all its light comes from, if there is one: shadow rays then start there and share an origin.
-    fn position(&self) -> Option<Vec3>;
+    fn position(&self, context: &Context<'_>) -> Option<Vec3>;
+}
+
+impl dyn Light {
+    /// The light as what it is, if it is of that type.
+    pub fn downcast_ref<L: Light>(&self) -> Option<&L> {
+        (self as &dyn Any).downcast_ref()
+    }
 }
 
 /// Light that comes from everywhere, without shadows.

@@ -41,6 +41,14 @@ impl Up {
         })
     }
 
+    /// As one thinks of a direction with y up and z towards the viewer: the inverse of [`from_y_up`](Self::from_y_up).
+    pub const fn to_y_up(self, v: Vec3) -> Vec3 {
+        match self {
+            Self::Y => v,
+            Self::Z => Vec3::new(v.x, v.z, -v.y),
+        }
+    }
+
     /// Guesses from the bounds of a model. It is z where the model stands on z = 0 but not on y = 0, or where it is
     /// much flatter in z than in x and y (a terrain, a house) and does not have its middle at z = 0; else y.
     pub fn guess(bounds: (Vec3, Vec3)) -> Self {

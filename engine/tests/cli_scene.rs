@@ -13,11 +13,24 @@ fn nrrd(value: impl Fn([i32; 3]) -> i32) -> Vec<u8> {
     header.bytes().chain((0..17 * 17 * 17).map(voxel)).collect()
 }
 
+/// A picture that is bright in its upper half.
+fn png(width: u32, height: u32) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels =
+        (0..width * height).flat_map(|i| [if i < width * height / 2 { 230 } else { 60 }, (i % width * 9) as u8, 90]);
+    encoder.write_header().unwrap().write_image_data(&pixels.collect::<Vec<u8>>()).unwrap();
+    file
+}
+
 /// A folder with all files that examples name.
 fn folder(test: &str) -> Folder {
     let folder = Folder::new(test);
     folder.write("pyramid.obj", PYRAMID);
     folder.write("ball.nrrd", nrrd(|[x, y, z]| 200 - 3 * (x * x + y * y + z * z)));
+    folder.write("around.png", png(16, 8));
+    folder.write("flat.png", png(8, 8));
     for step in 0..3 {
         folder.write(&format!("wave_{step}.nrrd"), nrrd(|[x, y, z]| 200 - 20 * (z - 3 * step + x * y / 16).abs()));
     }
@@ -121,6 +134,10 @@ fn files_say_what_options_say() {
             "[[object]]\nvolume = \"smoke.raw\"\nraw = { dims = [16, 16, 16], type = \"u8\" }\niso = [90]\n",
             &["smoke.raw", "--raw-dims", "16,16,16", "--raw-type", "u8", "--iso", "90"],
         ),
+        ("background = \"daylight:30,200\"\nground = true\n[[object]]\nmesh = \"pyramid.obj\"\n",
+            &["pyramid.obj", "--background", "daylight:30,200,3", "--ground"]),
+        ("background = { file = \"around.png\" }\n[[object]]\nmesh = \"pyramid.obj\"\n[[light]]\nkind = \"camera\"\n",
+            &["pyramid.obj", "--background", "around.png", "--light", "camera"]),
         ("smooth = 180\n[[object]]\nmesh = \"pyramid.obj\"\n", &["pyramid.obj", "--smooth", "180"]),
         ("[[object]]\nmesh = \"gen:terr20k\"\n", &["gen:terr20k"]),
         ("[[object]]\nmesh = \"gen:built-in\"\n", &[]),
@@ -139,6 +156,10 @@ fn files_say_what_options_say() {
         &["--eye", "5,5,5"],
         &["--fog", "0.2"],
         &["--light", "9,9,0"],
+        &["--light", "camera"],
+        &["--ground"],
+        &["--background", "daylight"],
+        &["--background", "around.png"],
         &["--smooth", "120"],
     ] {
         let both = [&["scene0.toml"], options].concat();
@@ -231,8 +252,36 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         ("ambient = [0.1, -0.1, 0]\n", "a.toml:2:11: invalid value: "),
         ("[[light]]\nkind = \"point\"\n", "a.toml:2:1: the key `at` is missing"),
         (
-            "[[light]]\nkind = \"spot\"\n",
-            "a.toml:3:8: no light is called \"spot\"; do you mean point? there are point, directional",
+            "[[light]]\nkind = \"spott\"\n",
+            "a.toml:3:8: no light is called \"spott\"; do you mean spot? there are point, spot, directional",
+        ),
+        ("[[light]]\nkind = \"spot\"\nat = [0, 1, 0]\nto = [0, 1, 0]\n", "a.toml:2:1: the light is where it shines to"),
+        (
+            "[[light]]\nkind = \"spot\"\nat = [0, 1, 0]\nto = [0, 0, 0]\ninner = 50\nouter = 40\n",
+            "a.toml:2:1: the bright cone, of 50 degrees, is wider than the whole, of 40",
+        ),
+        (
+            "[[light]]\nkind = \"rectangle\"\nat = [0, 1, 0]\nto = [0, 0, 0]\nsize = [1, 0]\n",
+            "a.toml:6:12: invalid value: ",
+        ),
+        ("[[light]]\nkind = \"sphere\"\nat = [0, 1, 0]\nradius = -1\n", "a.toml:5:10: invalid value: "),
+        ("[[light]]\nkind = \"disk\"\nat = [0, 1, 0]\nradius = 1\n", "a.toml:2:1: the key `to` is missing"),
+        ("[[light]]\nkind = \"sun\"\ndirection = [0, 0, 0]\n", "a.toml:2:1: this direction leads nowhere"),
+        ("background = \"daylight:100\"\n", "a.toml:2:14: invalid value: string"),
+        (
+            "background = { zenith = 1, file = \"x\" }\n",
+            "a.toml:2:14: a background has either zenith, horizon and nadir, or file",
+        ),
+        (
+            "background = { file = \"none.hdr\" }\n",
+            "a.toml:2:23: there is no file \"none.hdr\"; name it as seen from the folder",
+        ),
+        ("background = { file = \"pyramid.obj\" }\n", "pyramid.obj: this is no PNG, JPEG, TGA, HDR or EXR picture"),
+        ("background = { file = \"flat.png\" }\n", "flat.png: 8x8 pixels are no picture of everything around"),
+        ("background = \"daylight\"\nambient = 1\n", "a.toml:3:11: this background lights the scene from everywhere"),
+        (
+            "ground = 3\n",
+            "a.toml:2:10: invalid type: integer `3`, expected true, false, or a table with height and color",
         ),
         ("[[light]]\nkind = \"directional\"\ndirection = [0, 0, 0]\n", "a.toml:2:1: this direction leads nowhere"),
         ("light = 3\n", "a.toml:2:9: light is no list"),

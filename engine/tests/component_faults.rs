@@ -15,7 +15,7 @@ use mobula::packet::{Packet, SubPacket};
 use mobula::pipeline::{Config, Display, DisplayStage, Fault, Picture, Shown};
 use mobula::scene::build;
 use mobula::stack::{
-    Background, Camera, Context, Fragment, Illumination, Light, Lit, Material, PixelSampler, Renderer,
+    Background, Camera, Context, Fragment, Illumination, Light, Lit, Material, PixelSampler, Receivers, Renderer,
 };
 use mobula_simd::AnyToken;
 use proptest::prelude::*;
@@ -71,13 +71,13 @@ impl Background for Frail<dyn Background> {
 }
 
 impl Light for Frail<dyn Light> {
-    fn illuminate(&self, token: AnyToken, points: [&[f32]; 3], out: &mut Illumination) {
+    fn illuminate(&self, context: &Context<'_>, points: Receivers<'_>, out: &mut Illumination) {
         self.0.tick();
-        self.1.illuminate(token, points, out);
+        self.1.illuminate(context, points, out);
     }
 
-    fn position(&self) -> Option<Vec3> {
-        self.1.position()
+    fn position(&self, context: &Context<'_>) -> Option<Vec3> {
+        self.1.position(context)
     }
 }
 

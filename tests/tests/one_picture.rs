@@ -15,7 +15,7 @@ use mobula::image::Size;
 use mobula::light::LightKind;
 use mobula::material::{MaterialKind, NamedMaterial, Phong};
 use mobula::medium::{Fog, Volume};
-use mobula::scene::SceneDescription;
+use mobula::scene::{Ground, SceneDescription};
 use mobula::volume::{Grid, GridPlace, Preset};
 use mobula_simd::AnyToken;
 
@@ -124,18 +124,21 @@ fn one_picture_of_volumes_among_other_things() {
     Case::new(scene, (37, 23)).check(false);
 }
 
-/// Every kind of geometry with every material, under every light, before every background, seen by every camera.
+/// Every kind of geometry with every material, under every light, seen by every camera, before one background after the other.
 #[test]
 fn one_picture_of_all_that_the_tables_name() {
+    let backgrounds: Vec<_> = BackgroundKind::ALL.iter().map(|kind| (kind, kind.build())).collect();
+    let mut next = backgrounds.iter().cycle();
     for (kind, &material) in
         KINDS.iter().flat_map(|kind| MaterialKind::ALL.iter().map(move |material| (kind, material)))
     {
         for (&light, &camera) in LightKind::ALL.iter().flat_map(|l| CameraKind::ALL.iter().map(move |c| (l, c))) {
-            for &background in BackgroundKind::ALL {
+            for (background, made) in next.by_ref().take(3) {
                 let mut scene = SceneDescription { geometry: vec![(kind.example)(0)], ..SceneDescription::default() };
                 scene.materials.push(NamedMaterial { name: material.to_string(), material: material.build() });
                 scene.lights.push(light.build());
-                scene.background = background.build();
+                scene.background = Arc::clone(made);
+                scene.ground = (**background == BackgroundKind::Daylight).then(Ground::default);
                 let case = Case::new(scene, (20, 13));
                 let name = format!("{}, {material}, {light}, {background}, {camera}", kind.name);
                 for fused in [false, true] {

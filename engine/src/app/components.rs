@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use mobula_core::simd::AnyToken;
 
 use crate::accel::AccelerationKind;
@@ -115,7 +116,8 @@ impl Components {
         let Some(camera) = self.cameras.get(fragment.channel).or(self.cameras.last()) else { return };
         let renderer = &Named(&*self.renderer);
         let &Self { token, width, ref scene, tone, frame, .. } = self;
-        let context = Context { token, width: width.rays(), scene, renderer, statistics, tone, frame };
+        let eye = camera.eye();
+        let context = Context { token, width: width.rays(), scene, renderer, statistics, tone, eye, frame };
         let camera = &Named(&**camera);
         if !self.layers {
             return scope("pixel sampler", || sampler.render_fragment(&context, camera, fragment, out));
@@ -152,5 +154,9 @@ impl Renderer for Named<&dyn Renderer> {
 impl Camera for Named<&dyn Camera> {
     fn make_rays(&self, context: &Context<'_>, size: [u32; 2], packet: &mut Packet) {
         scope("camera", || self.0.make_rays(context, size, packet));
+    }
+
+    fn eye(&self) -> Option<Vec3> {
+        self.0.eye()
     }
 }

@@ -38,6 +38,7 @@ impl State {
             renderer: &*stack.renderer,
             statistics: &statistics,
             tone: stack.tone,
+            eye: camera.eye(),
             frame: 0,
         };
         let mut packet = Packet::new(context.width);

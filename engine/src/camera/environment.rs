@@ -42,5 +42,10 @@ impl Camera for Environment {
             set_vec3(directions, i, (right * sine + forward * cosine) * level + up * upward);
         }
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
+        packet.cone_spread = per_y * std::f32::consts::PI;
+    }
+
+    fn eye(&self) -> Option<Vec3> {
+        Some(self.eye)
     }
 }

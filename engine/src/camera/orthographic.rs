@@ -41,4 +41,8 @@ impl Camera for Orthographic {
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
         packet.cone_widths.fill(2.0 * self.half / height);
     }
+
+    fn eye(&self) -> Option<Vec3> {
+        Some(self.view.eye)
+    }
 }

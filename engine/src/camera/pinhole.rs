@@ -37,6 +37,10 @@ impl Camera for Pinhole {
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
         packet.cone_spread = 2.0 * self.slope / size[1] as f32;
     }
+
+    fn eye(&self) -> Option<Vec3> {
+        Some(self.view.eye)
+    }
 }
 
 /// Fills the directions, a vector at a time. Nothing is fused, so that all levels agree.

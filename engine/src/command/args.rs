@@ -1,12 +1,11 @@
 //! What the command line may say.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::{ArgAction, Args, Parser, Subcommand};
 use mobula::accel::AccelerationKind;
 use mobula::app::PacketWidth;
-use mobula::background::{Background, BackgroundKind};
+use mobula::background::BackgroundKind;
 use mobula::balance::BalancerKind;
 use mobula::camera::CameraKind;
 #[cfg(feature = "window")]
@@ -14,7 +13,7 @@ use mobula::camera::Up;
 use mobula::choice::list;
 use mobula::display::stereo::Stereo;
 use mobula::image::Size;
-use mobula::load::FORMATS;
+use mobula::load::{FORMATS, PICTURES};
 use mobula::medium::{DEFAULT_STEP, Fog};
 use mobula::renderer::RendererKind;
 use mobula::sampler::{Filter, SamplerKind};
@@ -29,9 +28,9 @@ use super::raw::RawOptions;
 #[cfg(feature = "window")]
 use super::values::quoted;
 use super::values::{
-    Given, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one, background, channels, crease,
-    distance, exposure, finite, focus, fog, fov, part, picture, plane, point, radius, rate, reach, samples, size,
-    step_length, threads, threshold, transfer, up, window,
+    BackgroundChoice, Given, LightChoice, Plane, Point, Shading, Transfer, UpChoice, Window, as_given, at_least_one,
+    background, channels, crease, distance, exposure, finite, focus, fog, fov, light, part, picture, plane, point,
+    radius, rate, reach, samples, size, step_length, threads, threshold, transfer, up, window,
 };
 
 /// Packet ray tracer for triangle meshes, spheres and iso-surfaces of volumes.
@@ -183,13 +182,19 @@ pub(crate) struct SceneOptions {
     pub(crate) up: UpChoice,
 
     #[arg(
-        long, value_name = "COLOUR", value_parser = as_given(background),
+        long, value_name = "NAME|COLOUR|FILE", value_parser = as_given(background),
         help = format!(
-            "Background: {}, or a colour: R,G,B from 0 to 1 of light, or #RRGGBB of a screen",
-            BackgroundKind::NAMES.join(", ")
+            "Background: {}; a colour: R,G,B from 0 to 1 of light, or #RRGGBB of a screen; or a picture of everything around ({}; twice as \
+             wide as high), which lights the scene, as daylight does. daylight:ELEVATION,AZIMUTH,TURBIDITY places the sun: degrees above \
+             the horizon and clockwise from what is behind the scene, and how hazy it is, 1.8 to 10 [default for daylight: 45,215,3]",
+            BackgroundKind::NAMES.join(", "), PICTURES.join(", ")
         )
     )]
-    pub(crate) background: Option<Given<Arc<dyn Background>>>,
+    pub(crate) background: Option<Given<BackgroundChoice>>,
+
+    /// Puts a grey ground under the scene, which ends far away and is no part of it
+    #[arg(long, action = ArgAction::SetTrue)]
+    pub(crate) ground: bool,
 
     /// Fog, for the renderer `raytracer`: of light that goes x units through it exp(-DENSITY x) is left; its colour is written as that
     /// of the background, and pale grey if not given [default: no fog]
@@ -219,9 +224,10 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "DISTANCE", value_parser = reach, num_args = 0..=1, default_missing_value = "inf", require_equals = true)]
     pub(crate) ao: Option<f64>,
 
-    /// Where the only light is [default: the lights of the scene, or one to the upper left of its own view]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub(crate) light: Option<Point>,
+    /// Where the light is, instead of those of the scene: at a point, or at the camera, wherever that goes. A background that lights goes on
+    /// doing so [default: the lights of the scene, or one to the upper left of its own view]
+    #[arg(long, value_name = "X,Y,Z|camera", value_parser = light, allow_hyphen_values = true)]
+    pub(crate) light: Option<LightChoice>,
 
     #[command(flatten)]
     pub(crate) volumes: VolumeOptions,
@@ -354,7 +360,7 @@ impl SceneOptions {
         option("background", self.background.as_ref().map(|given| given.words.clone()));
         option("smooth", self.smooth.map(|degrees| degrees.to_string()));
         let joined = |numbers: Vec<String>| (!numbers.is_empty()).then(|| numbers.join(","));
-        option("light", self.light.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
+        option("light", self.light.map(|light| light.to_string()));
         // Those that a viewer can change are its own to tell.
         let VolumeOptions { transparent, cut, step_length, volume_origin, .. } = &self.volumes;
         option("volume-origin", volume_origin.and_then(|Point(numbers)| joined(numbers.map(|x| x.to_string()).into())));
@@ -365,6 +371,9 @@ impl SceneOptions {
         }
         self.particles.words().into_iter().for_each(|(name, value)| option(name, Some(value)));
         option("fog", self.fog.as_ref().map(|given| given.words.clone()));
+        if self.ground {
+            words.push("--ground".to_owned());
+        }
         words.join(" ")
     }
 }

@@ -39,8 +39,8 @@ use glam::Vec3;
 use mobula::accel::Build;
 use mobula::app::{self, Settings, State};
 use mobula::camera::{CameraKind, Fisheye, Lens};
-use mobula::light::Point;
-use mobula::load::{Loaded, printable};
+use mobula::light::{Head, Point};
+use mobula::load::{Loaded, environment, printable};
 #[cfg(feature = "window")]
 use mobula::load::{Place, SCENE_FILE, SavedScene};
 use mobula::medium::Fog;
@@ -55,6 +55,7 @@ use serde_json::Value;
 
 use args::{Cli, Command, SceneOptions};
 use failure::Failure;
+use values::{BackgroundChoice, LightChoice};
 
 /// Says something on standard error. That nobody can be told is no reason to do less.
 macro_rules! say {
@@ -301,15 +302,25 @@ fn prepare(
     #[cfg_attr(not(feature = "window"), allow(unused_variables, reason = "for windows"))]
     let particles = shown?;
     scene.up = options.up.0.or(scene.up);
-    if let Some(values::Point(position)) = options.light {
-        scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
+    match options.light {
+        Some(LightChoice::At(values::Point(position))) => {
+            scene.lights = vec![Arc::new(Point { position: place.put(position).into(), ..Point::KEY })];
+        }
+        Some(LightChoice::Camera) => scene.lights = vec![Arc::new(Head::default())],
+        None => {}
+    }
+    if options.ground {
+        scene.ground.get_or_insert_default();
     }
     if let Some(fog) = &options.fog {
         scene.media.retain(|medium| medium.downcast_ref::<Fog>().is_none());
         scene.media.push(Arc::new(fog.value));
     }
     if let Some(background) = &options.background {
-        scene.background = Arc::clone(&background.value);
+        scene.background = match &background.value {
+            BackgroundChoice::Plain(background) => Arc::clone(background),
+            BackgroundChoice::File(file) => Arc::new(environment(file, 0.0, 1.0)?),
+        };
     }
     if !scene.media.is_empty() && settings.renderer != RendererKind::Raytracer {
         say!("mobula: warning: the renderer {} shows no media (--transfer, --fog); raytracer does", settings.renderer);

@@ -10,7 +10,7 @@ use mobula::stack::Scene;
 
 use super::args::SceneOptions;
 use super::particle_options::{Crop, ParticleOptions, Range, Tile};
-use super::values;
+use super::values::{self, BackgroundChoice};
 
 /// The options that make the same whichever steps of time are in memory: with what was chosen of particles, and where there are steps that
 /// are not in memory, with the light and the axis that follow from those that are.
@@ -24,9 +24,9 @@ pub(crate) fn options(
     let mut options = SceneOptions { particles, ..options.clone() };
     let mut all = scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<Particles>());
     if all.any(|one| one.series().makes_steps()) {
-        let light = scene.lights.first().and_then(|light| light.position());
-        if let (true, Some(position)) = (described.lights.is_empty(), light) {
-            options.light = Some(values::Point(place.back(position.into())));
+        let light = scene.lights.first().and_then(|light| light.downcast_ref::<Point>());
+        if let (true, None, Some(Point { position, .. })) = (described.lights.is_empty(), options.light, light) {
+            options.light = Some(values::LightChoice::At(values::Point(place.back((*position).into()))));
         }
         options.up = values::UpChoice(Some(scene.up));
     }
@@ -65,14 +65,22 @@ pub(crate) fn scene(
     if let Some(degrees) = options.smooth {
         saved.smooth(degrees);
     }
-    if let Some(values::Point(at)) = options.light {
-        saved.light(at, Point::KEY.color.to_array());
+    match options.light {
+        Some(values::LightChoice::At(values::Point(at))) => saved.light(at, Point::KEY.color.to_array()),
+        Some(values::LightChoice::Camera) => saved.light_at_camera(),
+        None => {}
+    }
+    if options.ground {
+        saved.ground();
     }
     if let Some(fog) = &options.fog {
         saved.fog(&fog.value);
     }
     if let Some(background) = &options.background {
-        saved.background(&background.words);
+        match &background.value {
+            BackgroundChoice::Plain(_) => saved.background(&background.words),
+            BackgroundChoice::File(_) => saved.background_file(&background.words),
+        }
     }
     Some(saved)
 }

@@ -4,12 +4,13 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use mobula::background::{self, Background, BackgroundKind};
+use mobula::background::{self, Background, BackgroundKind, Daylight};
 use mobula::camera::Up;
 use mobula::choice::list;
 use mobula::color;
 use mobula::display::{PictureFormat, STANDARD_OUTPUT};
 use mobula::image::Size;
+use mobula::load::{PICTURES, is_picture};
 use mobula::medium::{Fog, LEAST_STEP};
 use mobula::pipeline::MAX_THREADS;
 use mobula::sampler::{SamplerKind, Sobol};
@@ -152,6 +153,30 @@ pub(super) fn threshold(text: &str) -> Result<f64, String> {
     threshold.ok_or_else(|| "give a number from 0.000001 to 1, such as 0.005".into())
 }
 
+/// Where the only light is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LightChoice {
+    At(Point),
+    /// With the camera.
+    Camera,
+}
+
+impl fmt::Display for LightChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::At(Point([x, y, z])) => write!(f, "{x},{y},{z}"),
+            Self::Camera => f.write_str("camera"),
+        }
+    }
+}
+
+pub(super) fn light(text: &str) -> Result<LightChoice, String> {
+    if text.eq_ignore_ascii_case("camera") {
+        return Ok(LightChoice::Camera);
+    }
+    point(text).map(LightChoice::At).map_err(|problem| format!("{problem}, or camera"))
+}
+
 /// A point with the numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point(pub(super) [f64; 3]);
@@ -232,10 +257,28 @@ pub(super) fn up(text: &str) -> Result<UpChoice, String> {
     }
 }
 
-pub(super) fn background(text: &str) -> Result<Arc<dyn Background>, String> {
-    background::parse(text).ok_or_else(|| {
-        format!("give {}, three numbers from 0 to 1 such as 0.1,0.2,0.3, or #rrggbb", BackgroundKind::NAMES.join(", "))
-    })
+/// What is seen where nothing is.
+#[derive(Clone, Debug)]
+pub(super) enum BackgroundChoice {
+    Plain(Arc<dyn Background>),
+    /// A picture of everything around.
+    File(PathBuf),
+}
+
+pub(super) fn background(text: &str) -> Result<BackgroundChoice, String> {
+    if let Some(background) = background::parse(text) {
+        return Ok(BackgroundChoice::Plain(background));
+    }
+    if is_picture(text.as_ref()) {
+        return Ok(BackgroundChoice::File(text.into()));
+    }
+    let names = BackgroundKind::NAMES.join(", ");
+    let [least, most] = [Daylight::TURBIDITIES.start(), Daylight::TURBIDITIES.end()];
+    Err(format!(
+        "give {names}, three numbers from 0 to 1 such as 0.1,0.2,0.3, #rrggbb, a picture ({}), or daylight: with the elevation of the sun \
+         (0 to 90 degrees), its azimuth, and turbidity ({least} to {most}), such as daylight:30,200",
+        PICTURES.join(", ")
+    ))
 }
 
 pub(super) fn fog(text: &str) -> Result<Fog, String> {

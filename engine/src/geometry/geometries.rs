@@ -43,6 +43,8 @@ pub struct NeedsRebuild;
 #[derive(Debug)]
 pub struct Geometries {
     list: Vec<Arc<dyn Geometry>>,
+    /// So many of them are the scene; those behind are what it stands on.
+    own: usize,
     groups: Vec<Group>,
     census: Census,
     /// Of each geometry.
@@ -79,9 +81,26 @@ impl Geometries {
         }
         let places = number(&list, &mut groups);
         let censuses = vec![Census::default(); list.len()];
-        let mut all = Self { list, groups, census: Census::default(), censuses, places };
+        let own = list.len();
+        let mut all = Self { list, own, groups, census: Census::default(), censuses, places };
         all.count(|_| true);
         Ok(all)
+    }
+
+    /// Puts a geometry under the scene that is no part of it: rays hit it, but bounds, counts and [`list`](Self::list) are without it, and it
+    /// stays as it is. Where there is no memory for it, there is none.
+    pub fn stand_on(&mut self, ground: Arc<dyn Geometry>, build: &Build) {
+        let number = self.list.len() as u32;
+        if ground.primitives() == 0 || has_memory(ground.primitives()).is_err() {
+            return;
+        }
+        let structure = ground.structure(std::slice::from_ref(&ground), build);
+        let members = vec![Member { geometry: number, first: 0, count: 0 }];
+        let (materials, translucent) = (materials_of([&*ground].into_iter()), ground.is_translucent());
+        self.groups.push(Group { structure, members, materials, translucent, below: Vec::new() });
+        self.list.push(ground);
+        self.censuses.push(Census::default());
+        self.places = self::number(&self.list, &mut self.groups);
     }
 
     /// Counts what is in geometries that are new. Where a structure knows that nothing is left out, and the bounds of it all, primitives
@@ -93,7 +112,7 @@ impl Geometries {
             group.members.iter().for_each(|member| bounds[member.geometry as usize] = whole);
         }
         self.census = Census::default();
-        for (number, (census, geometry)) in self.censuses.iter_mut().zip(&self.list).enumerate() {
+        for (number, (census, geometry)) in self.censuses.iter_mut().zip(&self.list[..self.own]).enumerate() {
             if is_new(number) {
                 *census = match (bounds[number], geometry.counts()) {
                     (Some(bounds), Some(counts)) => counts.within(bounds),
@@ -106,7 +125,7 @@ impl Geometries {
 
     /// The geometries, by number.
     pub fn list(&self) -> &[Arc<dyn Geometry>] {
-        &self.list
+        &self.list[..self.own]
     }
 
     /// The geometry that a ray hit.
@@ -136,13 +155,13 @@ impl Geometries {
 
     /// Calls `visit` with points that show how far the geometry reaches.
     pub fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        self.list.iter().for_each(|geometry| geometry.extremes(visit));
+        self.list().iter().for_each(|geometry| geometry.extremes(visit));
     }
 
     /// As [`extremes`](Self::extremes), for some `count` of the primitives, where they are many more.
     pub fn some_extremes(&self, count: usize, visit: &mut dyn FnMut(Vec3)) {
-        let step = self.list.iter().map(|geometry| geometry.primitives()).sum::<usize>().div_ceil(count).max(1);
-        self.list.iter().for_each(|geometry| geometry.some_extremes(step, visit));
+        let step = self.list().iter().map(|geometry| geometry.primitives()).sum::<usize>().div_ceil(count).max(1);
+        self.list().iter().for_each(|geometry| geometry.some_extremes(step, visit));
     }
 
     /// Replaces the geometries by others whose primitives are the same, at other places, and
@@ -151,10 +170,11 @@ impl Geometries {
     ///
     /// # Errors
     /// [`NeedsRebuild`] if the primitives are not the same; then nothing has changed.
-    pub fn refit(&mut self, list: Vec<Arc<dyn Geometry>>) -> Result<(), NeedsRebuild> {
-        if list.len() != self.list.len() {
+    pub fn refit(&mut self, mut list: Vec<Arc<dyn Geometry>>) -> Result<(), NeedsRebuild> {
+        if list.len() != self.own {
             return Err(NeedsRebuild);
         }
+        list.extend_from_slice(&self.list[self.own..]);
         let members = |group: &Group| -> Vec<Arc<dyn Geometry>> {
             group.members.iter().map(|member| list[member.geometry as usize].clone()).collect()
         };

@@ -1,12 +1,11 @@
 //! A light that is infinitely far away.
 
 use glam::Vec3;
-use mobula_core::simd::AnyToken;
 
 use crate::math::normalize_or;
-use crate::stack::{Illumination, Light};
+use crate::stack::{Context, Illumination, Light, Receivers};
 
-/// Parallel light: the sun.
+/// Parallel light, with hard shadows. The [sun](super::Sun) has a disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Directional {
     /// Towards the light, of any length; from above along y if it has none.
@@ -23,8 +22,8 @@ impl Default for Directional {
 }
 
 impl Light for Directional {
-    fn illuminate(&self, _: AnyToken, points: [&[f32]; 3], out: &mut Illumination) {
-        let count = points[0].len();
+    fn illuminate(&self, _context: &Context<'_>, points: Receivers<'_>, out: &mut Illumination) {
+        let count = points.len();
         let direction = normalize_or(self.direction.to_array().map(f64::from), Vec3::Y);
         for axis in 0..3 {
             out.direction[axis][..count].fill(direction[axis]);
@@ -33,7 +32,7 @@ impl Light for Directional {
         out.distance[..count].fill(f32::INFINITY);
     }
 
-    fn position(&self) -> Option<Vec3> {
+    fn position(&self, _context: &Context<'_>) -> Option<Vec3> {
         None
     }
 }

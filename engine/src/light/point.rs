@@ -1,10 +1,10 @@
 //! A light without extent.
 
 use glam::Vec3;
-use mobula_core::simd::{AnyToken, F32Lanes, Task, Token};
+use mobula_core::simd::{F32Lanes, Task, Token};
 
 use crate::lanes::{dot, load3, scale, splat3, store3, sub};
-use crate::stack::{Illumination, Light};
+use crate::stack::{Context, Illumination, Light, Receivers};
 
 /// Light from a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,11 +31,11 @@ impl Default for Point {
 
 impl Light for Point {
     /// A point at the light itself gets nothing.
-    fn illuminate(&self, token: AnyToken, points: [&[f32]; 3], out: &mut Illumination) {
-        token.run(Arrive { light: self, points, out });
+    fn illuminate(&self, context: &Context<'_>, points: Receivers<'_>, out: &mut Illumination) {
+        context.token.run(Arrive { light: self, points: points.positions(), out });
     }
 
-    fn position(&self) -> Option<Vec3> {
+    fn position(&self, _context: &Context<'_>) -> Option<Vec3> {
         Some(self.position)
     }
 }

@@ -13,7 +13,9 @@ use crate::scratch::ForWidth;
 pub struct Illumination {
     /// Unit vectors from the points to the light.
     pub direction: Columns3,
-    /// Radiance that arrives, linear RGB.
+    /// Radiance that arrives, linear RGB: of light from one direction, what a white surface across it scatters. Of a light with extent, that
+    /// of a sample: its radiance over pi times the density of the direction, by solid angle, so that the mean over samples is what a white
+    /// surface scatters of the whole light.
     pub radiance: Columns3,
     /// Distance to the light, infinite for a directional one.
     pub distance: Column<f32>,

@@ -4,10 +4,13 @@
 //! | file | idea |
 //! |---|---|
 //! | `points` | points to light: positions and normals of hits, and where rays that leave them start |
+//! | `receivers` | points as lights see them |
 //! | `arriving` | what arrives at points from one light, and from all |
 
 mod arriving;
 mod points;
+mod receivers;
 
 pub use arriving::{Arriving, Illumination, Lighting, Lit};
 pub use points::Points;
+pub use receivers::Receivers;

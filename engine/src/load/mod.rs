@@ -17,6 +17,7 @@
 //! | `particles` | CSV, XYZ, dumps of LAMMPS and raw numbers: particles |
 //! | `volume` | NRRD, NIfTI, MetaImage and raw voxels: one volume |
 //! | `transfer` | transfer functions |
+//! | `environment` | pictures that show everything around a scene |
 //! | [`picture`] | pictures for textures and environments |
 //! | `polygon` | polygons into triangles |
 //! | `place` | moves what is far from the origin, scales what is tiny or huge |
@@ -32,6 +33,7 @@
 
 mod beside;
 mod binary;
+mod environment;
 mod error;
 mod format;
 mod gltf;
@@ -61,6 +63,7 @@ mod textures;
 mod transfer;
 mod volume;
 
+pub use environment::{PICTURES, environment, is_picture};
 pub use error::LoadError;
 pub use format::{FORMATS, Format, SCENE_FILE, load, load_with};
 pub use loaded::{Loaded, Report};

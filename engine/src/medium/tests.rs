@@ -48,6 +48,7 @@ fn seen(scene: &SceneDescription, token: AnyToken, width: usize) -> Vec<Vec3> {
         renderer: &*renderer,
         statistics: &statistics,
         tone: Tone::default(),
+        eye: None,
         frame: 0,
     };
     let view = View { eye: Vec3::Y * 5.0, at: Vec3::ZERO, up: Vec3::Z, fov: 5.0 };

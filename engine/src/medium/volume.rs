@@ -11,7 +11,7 @@ use mobula_core::volume::{Field as _, LightRows, Lighting, March, Marched, Passa
 use crate::geometry::{Field, Series};
 use crate::packet::{Columns3, part, set_vec3, vec3};
 use crate::scratch::{ForWidth, lend};
-use crate::stack::{Context, Illumination, Medium, Segments};
+use crate::stack::{Context, Illumination, Medium, Receivers, Segments};
 use crate::volume::{TransferFunction, TransferPoint};
 
 /// A volume as a medium. Steps along rays are equal within a brick of the grid, and the opacity is the same for any length of them.
@@ -159,7 +159,8 @@ impl Volume {
         }
     }
 
-    /// What the lights of the scene are for each ray, where it enters the grid and where it leaves.
+    /// What the lights of the scene are for each ray, where it enters the grid and where it leaves. Of lights with extent it is what is in their
+    /// middle: volumes throw no shadows on themselves that could be soft.
     fn light(&self, context: &Context<'_>, segments: &Segments<'_>, passages: &Passages, out: &mut Lighting) {
         let scene = context.scene;
         let matrix = self.field().to_cells().matrix3;
@@ -182,7 +183,7 @@ impl Volume {
                 for i in 0..count {
                     set_vec3(points, i, vec3(&segments.origins, i) + vec3(&segments.directions, i) * t[i]);
                 }
-                light.illuminate(context.token, part(points, 0..count), arriving);
+                light.illuminate(context, Receivers::new(part(points, 0..count)), arriving);
                 for i in 0..count {
                     let distance = arriving.distance[i];
                     let length = if distance.is_finite() { distance } else { 1.0 };

@@ -16,11 +16,12 @@ use crate::material::{Flat, Lambertian, Material, Phong};
 use crate::medium::Fog;
 use crate::sampler::SamplerKind;
 use crate::scene::{Geometry, Mesh, NeedsRebuild, Scene, SceneDescription, Spheres, build};
-use crate::stack::{Context, Fragment, Occlusion, Statistics};
+use crate::stack::{Camera as _, Context, Fragment, Occlusion, Statistics};
 use crate::tone::Tone;
 
 mod cameras;
 mod furnace;
+mod lights;
 mod translucent;
 
 const WIDTH: u32 = 41;
@@ -54,8 +55,16 @@ fn render_scene(width: usize, scene: &Scene, how: How) -> (Vec<u32>, Statistics)
     let statistics = Statistics::default();
     let renderer = how.renderer.build();
     let token = AnyToken::detect();
-    let context =
-        Context { token, width, scene, renderer: &*renderer, statistics: &statistics, tone: Tone::default(), frame: 0 };
+    let context = Context {
+        token,
+        width,
+        scene,
+        renderer: &*renderer,
+        statistics: &statistics,
+        tone: Tone::default(),
+        eye: camera.eye(),
+        frame: 0,
+    };
     let sampler = how.sampler.build();
     for y0 in (0..HEIGHT).step_by(how.fragment as usize) {
         for x0 in (0..WIDTH).step_by(how.fragment as usize) {

@@ -24,7 +24,7 @@ pub fn build(description: &SceneDescription, kind: AccelerationKind) -> Result<S
 }
 
 /// As [`build`], with the geometry of the same description.
-pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Scene {
+pub fn with_geometry(description: &SceneDescription, mut geometry: Geometries) -> Scene {
     let media = &description.media;
     let of_media = |visit: &mut dyn FnMut(Vec3)| media.iter().for_each(|medium| medium.extremes(visit));
     let some = |visit: &mut dyn FnMut(Vec3)| {
@@ -38,15 +38,28 @@ pub fn with_geometry(description: &SceneDescription, geometry: Geometries) -> Sc
     let bulk = bulk(some, all, bounds(&geometry, media));
     let up = description.up.unwrap_or_else(|| Up::guess(bulk));
     let turns = if description.view.is_none() { quarter_turns(&geometry, bulk, up) } else { 0 };
+    let mut materials = description.materials.clone();
+    let ground = description.ground.and_then(|ground| ground.build(bulk, up, materials.len() as u32));
+    if let Some((ground, surface)) = ground {
+        geometry.stand_on(ground, &AccelerationKind::Bvh.into());
+        materials.push(NamedMaterial { name: "ground".to_owned(), material: surface });
+    }
     let default = NamedMaterial { name: "default".to_owned(), material: Arc::new(Lambertian::default()) };
-    let lights = match &description.lights[..] {
-        [] => vec![default_light(bulk, up, turns)],
-        lights => lights.to_vec(),
-    };
+    let mut lights = description.lights.clone();
+    let mut ambient = description.ambient.clone();
+    match description.background.light(up) {
+        Some(sky) => {
+            lights.extend(sky.lights);
+            ambient = sky.ambient;
+        }
+        None if lights.is_empty() => lights.push(default_light(bulk, up, turns)),
+        None => {}
+    }
+    materials.push(default);
     Scene {
-        materials: Materials::new(description.materials.iter().cloned().chain([default]).collect()),
+        materials: Materials::new(materials),
         lights,
-        ambient: description.ambient.clone(),
+        ambient,
         background: description.background.clone(),
         media: media.clone(),
         occlusion: None,

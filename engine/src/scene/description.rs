@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::ground::Ground;
 use super::particle_look::ParticleLook;
 use super::rendering::Rendering;
 use super::shown::Shown;
@@ -34,14 +35,17 @@ pub struct SceneDescription {
     pub particle_looks: Vec<Option<ParticleLook>>,
     /// What the geometries' material indices refer to.
     pub materials: Vec<NamedMaterial>,
-    /// Where light comes from; none gives the default lights, placed around the geometry.
+    /// Where light comes from, beside a background that lights; none gives such a background alone, or the default light, placed around
+    /// the geometry.
     pub lights: Vec<Arc<dyn Light>>,
-    /// Light that comes from everywhere.
+    /// Light that comes from everywhere; a background that lights has its own.
     pub ambient: Arc<dyn AmbientLight>,
     /// What is seen where nothing is.
     pub background: Arc<dyn Background>,
     /// What is between surfaces.
     pub media: Vec<Arc<dyn Medium>>,
+    /// What it stands on, if anything: no part of it.
+    pub ground: Option<Ground>,
     /// Which way is up; `None` guesses from the bounds.
     pub up: Option<Up>,
     /// Where to look from; `None` frames everything.
@@ -80,6 +84,7 @@ impl Default for SceneDescription {
             ambient: Arc::new(Hemisphere::default()),
             background: Arc::new(Gradient::default()),
             media: Vec::new(),
+            ground: None,
             up: None,
             view: None,
             rendering: Rendering::default(),
@@ -127,6 +132,7 @@ impl SceneDescription {
         self.materials.append(&mut other.materials);
         self.lights.append(&mut other.lights);
         self.media.append(&mut other.media);
+        self.ground = self.ground.or(other.ground);
         self.up = self.up.or(other.up);
         self.view = self.view.or(other.view);
         self.rendering.merge(other.rendering);

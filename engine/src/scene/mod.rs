@@ -10,6 +10,7 @@
 //! | `bulk` | where most of a scene is |
 //! | `volumes` | surfaces and media are made of volumes |
 //! | `description` | what is in a scene |
+//! | `ground` | a ground under a scene |
 //! | `particles` | geometry is made of particles |
 //! | `particle_look` | what particles are shown as |
 //! | `particle_notes` | what people are told of particles |
@@ -21,6 +22,7 @@ mod build;
 mod bulk;
 mod description;
 mod front;
+mod ground;
 mod particle_look;
 mod particle_notes;
 mod particle_steps;
@@ -31,6 +33,7 @@ mod volumes;
 
 pub use build::{build, with_geometry};
 pub use description::{Object, SceneDescription};
+pub use ground::Ground;
 pub use particle_look::{ColorBy, Map, OpacityBy, ParticleLook};
 pub use particle_notes::{ParticleError, ParticleNote};
 pub(crate) use particles::color_map;

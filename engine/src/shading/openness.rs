@@ -3,12 +3,13 @@
 use mobula_core::Properties;
 use mobula_core::simd::{F32Lanes, MaskLanes, Task, Token};
 
-use crate::lanes::{add, dot, load3, scale, select3, store3, sub};
+use crate::lanes::{dot, load3, scale, select3, store3, sub};
 use crate::lighting::Points;
 use crate::packet::{AnyHitPacket, Columns3, columns3, transmittance};
 use crate::scratch::{ForWidth, lend};
-use crate::sequence::{Set, disk, point};
+use crate::sequence::{Set, point};
 use crate::stack::{Context, Occlusion};
+use crate::warp::{above, cosine_weighted};
 
 /// Sets the first rows of `out` to the fraction of the light from above each of the points, weighted by the cosine, that nothing keeps away:
 /// as far as `occlusion` says, and with so many rays, which depend on the samples alone that the points belong to. `depth` is how many
@@ -95,27 +96,6 @@ impl Task for Upward<'_> {
             aim.unit &= !token.first(points.len() - at).and_not(unit).any();
         }
     }
-}
-
-/// A unit vector about z, as often as its z is large: points of a square moved to a disk, and up from there to the sphere.
-#[inline(always)]
-fn cosine_weighted<T: Token>(token: T, square: [T::F32; 2]) -> [T::F32; 3] {
-    let [x, y] = disk(token, square);
-    let z = (token.splat(1.0) - x * x - y * y).max(token.splat(0.0)).sqrt();
-    [x, y, z]
-}
-
-/// A vector about z, turned to be about `normal`, which has unit length (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT
-/// 2017).
-#[inline(always)]
-fn above<T: Token>(token: T, normal: [T::F32; 3], v: [T::F32; 3]) -> [T::F32; 3] {
-    let (zero, one) = (token.splat(0.0), token.splat(1.0));
-    let sign = (-one).select(normal[2].lt(zero), one);
-    let a = -one / (sign + normal[2]);
-    let b = normal[0] * normal[1] * a;
-    let tangent = [one + sign * normal[0] * normal[0] * a, sign * b, -sign * normal[0]];
-    let bitangent = [b, sign + normal[1] * normal[1] * a, -normal[1]];
-    add(add(scale(tangent, v[0]), scale(bitangent, v[1])), scale(normal, v[2]))
 }
 
 #[cfg(test)]

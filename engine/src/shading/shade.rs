@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use crate::lighting::Lighting;
+use crate::lighting::{Lighting, Receivers};
 use crate::packet::{Column, Packet, SubPacket, part_mut};
 use crate::pipeline::fault::scope;
 use crate::scratch::lend;
@@ -63,8 +63,8 @@ fn light(context: &Context<'_>, packet: &mut Packet, lighting: &mut Lighting) {
         return;
     }
     let (points, lights) = lighting.of_lights(scene.lights.len());
-    for (source, arriving) in scene.lights.iter().zip(lights) {
-        illuminate(context, &**source, points, arriving);
+    for (number, (source, arriving)) in scene.lights.iter().zip(lights).enumerate() {
+        illuminate(context, &**source, points, Receivers::of_points(points, number, packet.depth), arriving);
     }
     scope("ambient light", || {
         let out = part_mut(&mut lighting.ambient, 0..count);

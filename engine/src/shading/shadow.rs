@@ -5,7 +5,7 @@ use mobula_core::Properties;
 use mobula_core::simd::{F32Lanes, MaskLanes, Task, Token};
 
 use crate::lanes::{dot, load3, scale, select3, splat3, store3, sub};
-use crate::lighting::{Illumination, Points};
+use crate::lighting::{Illumination, Points, Receivers};
 use crate::medium::attenuate;
 use crate::packet::{AnyHitPacket, Column, Columns3, columns3, set_vec3, transmittance, vec3};
 use crate::pipeline::fault::scope;
@@ -15,7 +15,7 @@ use crate::stack::{Context, Light};
 /// A light is near if it is within so many times the size of the scene: then shadow rays start at it.
 const NEAR: f32 = 64.0;
 
-/// What of `light` reaches `points`, through the scene's medium and through surfaces that let light through. Rays whose surface faces away, or that something is in the way of, get no radiance;
+/// What of `light` reaches `points`, which are its `receivers`, through the scene's medium and through surfaces that let light through. Rays whose surface faces away, or that something is in the way of, get no radiance;
 /// so in the rows of others `out.radiance` may be used without a further test.
 ///
 /// The rays of points that face the light are packed densely, in order, so that they stay as coherent as they were. From a
@@ -25,10 +25,16 @@ const NEAR: f32 = 64.0;
 ///
 /// Each primitive that lets light through and is in the way counts once: a sphere too, though light goes through its surface twice. A
 /// ray that goes exactly through the common edge of two triangles meets both.
-pub(super) fn illuminate(context: &Context<'_>, light: &dyn Light, points: &Points, out: &mut Illumination) {
-    scope("light", || light.illuminate(context.token, points.positions(), out));
+pub(super) fn illuminate(
+    context: &Context<'_>,
+    light: &dyn Light,
+    points: &Points,
+    receivers: Receivers<'_>,
+    out: &mut Illumination,
+) {
+    scope("light", || light.illuminate(context, receivers, out));
     scope("medium", || attenuate(context, points.positions(), out));
-    let from = light.position().filter(|&position| is_near(context, position));
+    let from = light.position(context).filter(|&position| is_near(context, position));
     let aim: &mut Aim = &mut lend(context.width);
     context.token.run(Facing { points, from, out, aim });
     if !context.scene.shadows || aim.count == 0 {

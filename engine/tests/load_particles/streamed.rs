@@ -7,6 +7,7 @@ use mobula::accel::AccelerationKind;
 use mobula::app::{self, Settings, State, Streamer};
 use mobula::geometry::Particles;
 use mobula::image::Size;
+use mobula::light::Point;
 use mobula::load::series::Gathering;
 use mobula::load::{Memory, Options, load_with};
 use mobula::scene::{ParticleLook, ParticleNote, SceneDescription, Steps, show_particles};
@@ -147,7 +148,7 @@ fn view_and_light_follow_from_all_steps() {
     let of = |shown: usize, all: bool| {
         let (scene, _) = scene_at(&folder, Steps { shown, all, ..Steps::default() });
         let built = mobula::scene::build(&scene, AccelerationKind::Bvh).unwrap();
-        (built.bulk, built.view(1.5), built.lights[0].position())
+        (built.bulk, built.view(1.5), built.lights[0].downcast_ref::<Point>().map(|light| light.position))
     };
     let first = of(0, true);
     assert_eq!(first.0.1.x.floor(), 10.0 * (STEPS - 1) as f32);

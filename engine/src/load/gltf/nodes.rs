@@ -9,7 +9,7 @@ use gltf::khr_lights_punctual::Kind;
 use gltf::{Document, Node};
 
 use crate::camera::CameraKind;
-use crate::light::{Directional, Light, Point};
+use crate::light::{Directional, Light, Point, Spot};
 use crate::load::Place;
 use crate::scene::SceneDescription;
 use crate::view::View;
@@ -87,7 +87,12 @@ pub(super) fn light(nodes: &[Placed<'_>], place: &Place, scene: &mut SceneDescri
             Kind::Directional => {
                 (backward != Vec3::ZERO).then(|| Arc::new(Directional { direction: backward, color }) as _)
             }
-            Kind::Point | Kind::Spot { .. } => Some(Arc::new(Point { position, color: color * scale, falloff: true })),
+            Kind::Point => Some(Arc::new(Point { position, color: color * scale, falloff: true })),
+            Kind::Spot { inner_cone_angle, outer_cone_angle } => (backward != Vec3::ZERO).then(|| {
+                let [inner, outer] = [inner_cone_angle, outer_cone_angle].map(f32::to_degrees);
+                Arc::new(Spot { position, direction: -backward, color: color * scale, inner, outer, falloff: true })
+                    as _
+            }),
         };
         scene.lights.extend(light);
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::keys::Head;
+use super::lights;
 use super::named::Definitions;
 use super::objects::{self, Building};
 use super::parts::Parts;
@@ -74,7 +75,7 @@ fn assemble(text: Text<'_>, options: &Options, part: Load) -> Result<Loaded, Loa
     let head = toml::Deserializer::parse(text.text).and_then(Head::deserialize);
     let head = head.map_err(|error| text.explained(&error, 0..0))?;
     let named = Definitions::read(&text, &mut file)?;
-    let lights = surroundings::lights(&text, &mut file)?;
+    let lights = lights::lights(&text, &mut file)?;
     let objects = objects::read(&text, &mut file, &named)?;
 
     let scene = SceneDescription {

@@ -10,7 +10,7 @@ use toml::Spanned;
 
 use super::values::{
     Color, Count, Exposure, FieldOfView, Index, Named, NotNegative, Number, Part, Point, Positive, Radiance, Reach,
-    Turn, Whole,
+    Single, Turn, Whole,
 };
 use crate::camera::CameraKind;
 use crate::material::Pattern;
@@ -37,8 +37,9 @@ pub(super) struct Head {
     pub(super) exposure: Option<Exposure>,
     pub(super) smooth: Option<Turn>,
     pub(super) background: Option<Background>,
-    pub(super) ambient: Option<Ambient>,
+    pub(super) ambient: Option<Spanned<Ambient>>,
     pub(super) fog: Option<Fog>,
+    pub(super) ground: Option<Ground>,
     materials: Option<IgnoredAny>,
     transfer: Option<IgnoredAny>,
     maps: Option<IgnoredAny>,
@@ -71,20 +72,60 @@ pub(super) struct Camera {
     pub(super) focus: Option<Positive>,
 }
 
-/// Words of the command line, a colour, or a sky.
+/// Words of the command line, a colour, a sky, or a picture.
 #[derive(Clone, Debug)]
 pub(super) enum Background {
     Words(String),
     Plain(Color),
     Sky(Sky),
+    Picture(Panorama),
 }
 
-#[derive(Clone, Copy, Debug, Deserialize)]
+/// A table: a picture if it has a file, else a sky.
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct Surrounding {
+    zenith: Option<Radiance>,
+    horizon: Option<Radiance>,
+    nadir: Option<Radiance>,
+    file: Option<Spanned<String>>,
+    rotate: Option<Single>,
+    strength: Option<NotNegative>,
+}
+
+impl Surrounding {
+    fn background<E: Error>(self) -> Result<Background, E> {
+        match self {
+            Self {
+                zenith: Some(zenith),
+                horizon: Some(horizon),
+                nadir: Some(nadir),
+                file: None,
+                rotate: None,
+                strength: None,
+            } => Ok(Background::Sky(Sky { zenith, horizon, nadir })),
+            Self { zenith: None, horizon: None, nadir: None, file: Some(file), rotate, strength } => {
+                Ok(Background::Picture(Panorama { file, rotate, strength }))
+            }
+            _ => Err(E::custom(
+                "a background has either zenith, horizon and nadir, or file, and perhaps rotate and strength",
+            )),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Sky {
     pub(super) zenith: Radiance,
     pub(super) horizon: Radiance,
     pub(super) nadir: Radiance,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Panorama {
+    pub(super) file: Spanned<String>,
+    pub(super) rotate: Option<Single>,
+    pub(super) strength: Option<NotNegative>,
 }
 
 /// Light from everywhere: the same, or from above and from below.
@@ -108,6 +149,20 @@ pub(super) struct Fog {
     pub(super) color: Option<Color>,
 }
 
+/// A ground under the scene: yes, no, or how.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Ground {
+    Usual(bool),
+    Such(SuchGround),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SuchGround {
+    pub(super) height: Option<Single>,
+    pub(super) color: Option<Color>,
+}
+
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointLight {
@@ -115,6 +170,60 @@ pub(super) struct PointLight {
     pub(super) color: Option<Radiance>,
     #[serde(default)]
     pub(super) falloff: bool,
+}
+
+/// A light from a point into a cone.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SpotLight {
+    pub(super) at: Point,
+    pub(super) to: Point,
+    pub(super) color: Option<Radiance>,
+    pub(super) inner: Option<Turn>,
+    pub(super) outer: Option<Turn>,
+    #[serde(default)]
+    pub(super) falloff: bool,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RectangleLight {
+    pub(super) at: Point,
+    pub(super) to: Point,
+    pub(super) up: Option<Point>,
+    pub(super) size: [Positive; 2],
+    pub(super) color: Option<Radiance>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DiskLight {
+    pub(super) at: Point,
+    pub(super) to: Point,
+    pub(super) radius: Positive,
+    pub(super) color: Option<Radiance>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SphereLight {
+    pub(super) at: Point,
+    pub(super) radius: Positive,
+    pub(super) color: Option<Radiance>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SunLight {
+    pub(super) direction: Point,
+    pub(super) color: Option<Radiance>,
+    pub(super) angle: Option<Turn>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CameraLight {
+    pub(super) color: Option<Radiance>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -298,13 +407,24 @@ macro_rules! seq_or_map {
 }
 
 either! {
-    Background = "sky, black, white, a colour, or a table with zenith, horizon and nadir" {
+    Background = "sky, daylight, black, white, a colour, or a table with zenith, horizon and nadir, or with file" {
         fn visit_str<E: Error>(self, words: &str) -> Result<Background, E> {
             let known = crate::background::parse(words).is_some();
             let wrong = || E::invalid_value(Unexpected::Str(words), &self);
             known.then(|| Background::Words(words.to_owned())).ok_or_else(wrong)
         }
-        color_or_map!(Background: Plain, Sky);
+        fn visit_i64<E: Error>(self, grey: i64) -> Result<Background, E> {
+            Deserialize::deserialize(grey.into_deserializer()).map(Background::Plain)
+        }
+        fn visit_f64<E: Error>(self, grey: f64) -> Result<Background, E> {
+            Deserialize::deserialize(grey.into_deserializer()).map(Background::Plain)
+        }
+        fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Background, A::Error> {
+            Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map(Background::Plain)
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Background, A::Error> {
+            Surrounding::deserialize(MapAccessDeserializer::new(map))?.background()
+        }
     }
     Ambient = "a colour, or a table with above and below" {
         fn visit_str<E: Error>(self, words: &str) -> Result<Ambient, E> {
@@ -312,6 +432,14 @@ either! {
             color.ok_or_else(|| E::invalid_value(Unexpected::Str(words), &self))
         }
         color_or_map!(Ambient: Plain, Hemisphere);
+    }
+    Ground = "true, false, or a table with height and color" {
+        fn visit_bool<E: Error>(self, there: bool) -> Result<Ground, E> {
+            Ok(Ground::Usual(there))
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Ground, A::Error> {
+            Deserialize::deserialize(MapAccessDeserializer::new(map)).map(Ground::Such)
+        }
     }
     Paint = "a colour, or a table with by, map and range" {
         fn visit_str<E: Error>(self, words: &str) -> Result<Paint, E> {

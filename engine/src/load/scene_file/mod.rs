@@ -5,7 +5,8 @@
 //! |---|---|
 //! | `write` | what is shown as a scene file |
 //! | `assemble` | the scene of a file |
-//! | `surroundings` | lights, background, camera and what else concerns the whole scene |
+//! | `surroundings` | background, camera and what else concerns the whole scene |
+//! | `lights` | where light comes from |
 //! | `objects` | objects become geometry and volumes |
 //! | `particles` | objects of particles |
 //! | `parts` | the files that objects name |
@@ -17,6 +18,7 @@
 
 mod assemble;
 mod keys;
+mod lights;
 mod named;
 mod object_keys;
 mod objects;

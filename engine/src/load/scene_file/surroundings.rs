@@ -1,70 +1,24 @@
-//! Lights, background, camera, and what else concerns the whole scene.
+//! Background, camera, and what else concerns the whole scene.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
 use toml::Spanned;
-use toml::de::DeTable;
 
-use super::keys::{self, Camera, DirectionalLight, Head, PointLight};
-use super::named::kind_of;
-use super::objects::list;
-use super::text::Text;
+use super::keys::{self, Camera, Head};
+use super::lights::{WantedLight, light, vector};
+use super::text::{Text, shortened};
 use super::values::{Named, point};
 use crate::background::{self, Background, Constant, Gradient};
 use crate::camera::CameraKind;
 use crate::image::Size;
-use crate::light::{Directional, Hemisphere, Light, LightKind, Point};
-use crate::load::LoadError;
+use crate::light::Hemisphere;
 use crate::load::place::Place;
+use crate::load::{self, LoadError, input};
 use crate::medium::Fog;
-use crate::scene::{SceneDescription, Time};
+use crate::scene::{Ground, SceneDescription, Time};
 use crate::view::{Up, View};
-
-/// A light, with the numbers of the file.
-pub(super) enum WantedLight {
-    Point(PointLight),
-    Directional(DirectionalLight),
-}
-
-/// The lights of a file.
-pub(super) fn lights(text: &Text<'_>, file: &mut DeTable<'_>) -> Result<Vec<WantedLight>, LoadError> {
-    let read = |value| {
-        let (kind, value) = kind_of::<LightKind>(text, value, "light", LightKind::NAMES)?;
-        Ok(match kind {
-            LightKind::Point => WantedLight::Point(text.read(value)?),
-            LightKind::Directional => {
-                let span = value.span();
-                let light: DirectionalLight = text.read(value)?;
-                if point(light.direction) == [0.0; 3] {
-                    return Err(text.error(span, "this direction leads nowhere", "write where the light comes from"));
-                }
-                WantedLight::Directional(light)
-            }
-        })
-    };
-    list(text, file, "light")?.into_iter().map(read).collect()
-}
-
-/// Makes a light where files were put.
-fn light(wanted: &WantedLight, place: &Place) -> Arc<dyn Light> {
-    match *wanted {
-        WantedLight::Point(PointLight { at, color, falloff }) => {
-            let color = color.map_or(Point::default().color, |color| color.0);
-            // At distance 1 of the file.
-            let weight = if falloff { (place.scale * place.scale) as f32 } else { 1.0 };
-            Arc::new(Point { position: place.put(point(at)).into(), color: color * weight, falloff })
-        }
-        WantedLight::Directional(DirectionalLight { direction, color }) => {
-            let color = color.map_or(Directional::default().color, |color| color.0);
-            Arc::new(Directional { direction: vector(direction), color })
-        }
-    }
-}
-
-fn vector(numbers: super::values::Point) -> Vec3 {
-    Vec3::from(point(numbers).map(|x| x as f32))
-}
 
 /// Puts all this into a scene whose files were put somewhere.
 pub(super) fn add(
@@ -77,7 +31,7 @@ pub(super) fn add(
     if !lights.is_empty() {
         scene.lights = lights.iter().map(|wanted| light(wanted, place)).collect();
     }
-    match &head.ambient {
+    match head.ambient.as_ref().map(Spanned::get_ref) {
         None => {}
         Some(keys::Ambient::Plain(color)) => {
             scene.ambient = Arc::new(Hemisphere { above: color.0, below: color.0 });
@@ -87,6 +41,10 @@ pub(super) fn add(
         }
     }
     let background: Option<Arc<dyn Background>> = match &head.background {
+        Some(keys::Background::Picture(keys::Panorama { file, rotate, strength })) => {
+            let [rotate, strength] = [rotate.map_or(0.0, |x| x.0), strength.map_or(1.0, |x| x.0)].map(|x| x as f32);
+            Some(Arc::new(load::environment(&picture(text, file)?, rotate, strength)?))
+        }
         None => None,
         Some(keys::Background::Words(words)) => background::parse(words),
         Some(keys::Background::Plain(color)) => Some(Arc::new(Constant { color: color.0 })),
@@ -95,8 +53,21 @@ pub(super) fn add(
         }
     };
     if let Some(background) = background {
+        if let Some(ambient) = head.ambient.as_ref().filter(|_| background.light(Up::Y).is_some()) {
+            let problem = "this background lights the scene from everywhere: there is no other ambient light";
+            return Err(text.error(ambient.span(), problem, "leave out ambient, or choose another background"));
+        }
         scene.background = background;
     }
+    scene.ground = match head.ground {
+        None => scene.ground,
+        Some(keys::Ground::Usual(there)) => there.then(Ground::default),
+        Some(keys::Ground::Such(keys::SuchGround { height, color })) => {
+            let color = color.map_or(Ground::default().color, |color| color.0);
+            // Which axis is up may be known later: a point that is as high along each.
+            Some(Ground { at: height.map(|height| place.put([height.0; 3]).into()), color })
+        }
+    };
     if let Some(keys::Fog { density, color }) = head.fog {
         let fog = Fog::new((density.0 / place.scale) as f32);
         scene.media.push(Arc::new(Fog { color: color.map_or(fog.color, |color| color.0), ..fog }));
@@ -124,6 +95,16 @@ pub(super) fn add(
     }
     scene.up = head.up.map(|Named(axis)| axis).or(scene.up);
     Ok(())
+}
+
+/// The file of a picture: a regular one only, since a name could be that of a pipe or a device.
+fn picture(text: &Text<'_>, name: &Spanned<String>) -> Result<PathBuf, LoadError> {
+    let file = text.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
+    let there = !name.get_ref().contains('\0') && input::is_regular(&file);
+    there.then_some(file).ok_or_else(|| {
+        let problem = format!("there is no file \"{}\"", shortened(name.get_ref()));
+        text.error(name.span(), problem, "name it as seen from the folder of the scene file")
+    })
 }
 
 fn look(

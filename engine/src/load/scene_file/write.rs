@@ -6,6 +6,7 @@ use std::path::{Component, Path};
 use toml::{Table, Value};
 
 use crate::generate;
+use crate::light::LightKind;
 use crate::load::place::Place;
 use crate::load::{LoadError, Raw, RawParticles, VoxelType};
 use crate::medium::{DEFAULT_STEP, Fog};
@@ -91,6 +92,11 @@ impl SavedScene {
             {
                 *name = moved(folder, name);
             }
+        }
+        if let Some(Value::String(name)) =
+            table.get_mut("background").and_then(Value::as_table_mut).and_then(|table| table.get_mut("file"))
+        {
+            *name = moved(folder, name);
         }
         Ok(Self { table, place })
     }
@@ -185,8 +191,15 @@ impl SavedScene {
 
     /// Puts the only light at a point of the files.
     pub fn light(&mut self, at: [f64; 3], color: [f32; 3]) {
-        let entries = [("kind", "point".into()), ("at", numbers(at)), ("color", numbers(color.map(f64::from)))];
+        let entries =
+            [("kind", LightKind::Point.name().into()), ("at", numbers(at)), ("color", numbers(color.map(f64::from)))];
         let light: Table = entries.map(|(key, value)| (key.to_owned(), value)).into_iter().collect();
+        self.table.insert("light".into(), Value::Array(vec![Value::Table(light)]));
+    }
+
+    /// Puts the only light where the camera is.
+    pub fn light_at_camera(&mut self) {
+        let light = Table::from_iter([("kind".to_owned(), LightKind::Camera.name().into())]);
         self.table.insert("light".into(), Value::Array(vec![Value::Table(light)]));
     }
 
@@ -198,6 +211,17 @@ impl SavedScene {
     /// Gives it a background, in words.
     pub fn background(&mut self, words: &str) {
         self.table.insert("background".into(), words.into());
+    }
+
+    /// Gives it a picture of everything around as a background, as it is.
+    pub fn background_file(&mut self, file: &str) {
+        let table = Table::from_iter([("file".to_owned(), file.into())]);
+        self.table.insert("background".into(), Value::Table(table));
+    }
+
+    /// Puts a ground under it.
+    pub fn ground(&mut self) {
+        self.table.insert("ground".into(), Value::Boolean(true));
     }
 
     /// Gives it fog.

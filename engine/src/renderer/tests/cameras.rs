@@ -20,8 +20,16 @@ fn rays(kind: CameraKind, view: View, lens: Lens, image: &[[f32; 2]]) -> Vec<(Ve
     let scene = build(&crate::builtin::scene(), AccelerationKind::Bvh).unwrap();
     let (statistics, renderer) = (Statistics::default(), Raytracer::default());
     let (token, tone) = (AnyToken::detect(), Tone::default());
-    let context =
-        Context { token, width: 256, scene: &scene, renderer: &renderer, statistics: &statistics, tone, frame: 0 };
+    let context = Context {
+        token,
+        width: 256,
+        scene: &scene,
+        renderer: &renderer,
+        statistics: &statistics,
+        tone,
+        eye: None,
+        frame: 0,
+    };
     let mut packet = Packet::new(256);
     packet.reset(image.len());
     for (i, &[x, y]) in image.iter().enumerate() {

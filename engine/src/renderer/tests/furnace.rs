@@ -119,7 +119,8 @@ fn seen(scene: &Scene, cosine: f32, samples: u32) -> Vec3 {
     let (statistics, renderer) = (Statistics::default(), Raytracer::default());
     let width = 16;
     let (token, tone) = (AnyToken::detect(), Tone::default());
-    let context = Context { token, width, scene, renderer: &renderer, statistics: &statistics, tone, frame: 0 };
+    let context =
+        Context { token, width, scene, renderer: &renderer, statistics: &statistics, tone, eye: None, frame: 0 };
     let mut packet = Packet::new(width);
     let mut sum = glam::DVec3::ZERO;
     let direction = Vec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0);
