@@ -42,5 +42,6 @@ impl Camera for Environment {
             set_vec3(directions, i, (right * sine + forward * cosine) * level + up * upward);
         }
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
+        packet.cone_spread = per_y * std::f32::consts::PI;
     }
 }

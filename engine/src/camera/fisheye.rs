@@ -44,5 +44,6 @@ impl Camera for Fisheye {
             set_vec3(directions, i, side + forward * cosine);
         }
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
+        packet.cone_spread = 2.0 * self.angle / height;
     }
 }

@@ -58,5 +58,6 @@ impl Camera for ThinLens {
             set_vec3(&mut rays.directions_mut(), i, normalize(end - start));
         }
         rays.promise(Properties::NORMALIZED_DIRECTIONS);
+        packet.cone_spread = 2.0 * self.slope / height;
     }
 }
