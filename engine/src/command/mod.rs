@@ -262,6 +262,7 @@ fn prepare(
     // A window refines its pictures however many samples a file has.
     let filed = said.sampler.map(|said| if on_demand { sampler.filtered_as(said) } else { said });
     let of_pixels = adaptive.or(options.samples).or(options.sampler).or(filed).unwrap_or(sampler);
+    let of_pixels = if on_demand { of_pixels.refined() } else { of_pixels };
     let lens_given = options.aperture.is_some() || options.focus.is_some();
     let mut settings = Settings {
         token,

@@ -74,6 +74,14 @@ impl SamplerKind {
         }
     }
 
+    /// What pictures are refined with that get a sample more with each frame: as many for all pixels.
+    pub fn refined(self) -> Self {
+        match self {
+            Self::Adaptive { samples, filter, .. } => Self::Sobol { samples, filter },
+            other => other,
+        }
+    }
+
     /// The same with another filter, where there is one.
     pub fn with_filter(self, filter: Filter) -> Self {
         match self {
