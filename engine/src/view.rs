@@ -312,8 +312,8 @@ impl View {
     /// Turns what is looked at around the eye: to the right by `yaw` radians around the up axis, and up by `pitch`, stopping short of the
     /// poles.
     pub fn turn(&self, yaw: f32, pitch: f32) -> Self {
-        // Who orbits in the opposite sense around the eye.
-        let turned = Self { eye: self.at, at: self.eye, ..*self }.orbit(-yaw, -pitch);
+        // What is looked at orbits around the eye.
+        let turned = Self { eye: self.at, at: self.eye, ..*self }.orbit(yaw, pitch);
         Self { eye: turned.at, at: turned.eye, ..*self }
     }
 

@@ -11,22 +11,22 @@ pub(super) fn page(window: [usize; 2], page: usize) -> Option<Sheet> {
     let longest = |of: fn(&Row) -> &str| rows().map(|row| of(row).len()).max().unwrap_or(0);
     let keys = longest(|row| row.keys) + 2;
     let width = keys + longest(|row| row.what);
-    let mut chosen = None;
-    for font in fonts() {
+    let all = fonts().map(|font| {
         let [characters, lines] = capacity(&font, window);
         // The last line says that there is another page.
-        let all = columns(lines.saturating_sub(1).max(2));
+        let columns = columns(lines.saturating_sub(1).max(2));
         let each = ((characters + GAP) / (width + GAP)).max(1);
-        let pages = all.len().div_ceil(each);
-        chosen = Some((font, all, each, pages));
-        if pages == 1 && width <= characters {
-            break;
-        }
-    }
-    let (font, all, each, pages) = chosen?;
+        (font, characters >= width, columns, each)
+    });
+    let pages = |columns: &[Vec<Line>], each: usize| columns.len().div_ceil(each);
+    // Rather several pages than the smallest font.
+    let whole = all[..2].iter().find(|(_, fits, columns, each)| *fits && pages(columns, *each) == 1);
+    let chosen = whole.or_else(|| all.iter().find(|(_, fits, ..)| *fits)).unwrap_or(&all[2]);
+    let (font, _, all, each) = chosen;
+    let (each, pages) = (*each, pages(all, *each));
     let columns = all.chunks(each).nth(page)?;
     let lines = columns.iter().map(Vec::len).max().unwrap_or(0);
-    let mut sheet = Sheet::of_characters([columns.len() * (width + GAP) - GAP, lines + 1], font, Corner::UpperLeft);
+    let mut sheet = Sheet::of_characters([columns.len() * (width + GAP) - GAP, lines + 1], *font, Corner::UpperLeft);
     for (i, column) in columns.iter().enumerate() {
         let left = i * (width + GAP);
         for (line, entry) in column.iter().enumerate() {

@@ -92,8 +92,9 @@ impl Viewer {
         let place =
             [2.0 * self.mouse.x as f32 - width, height - 2.0 * self.mouse.y as f32].map(|pixels| pixels / height);
         if let Some(engine) = &mut self.engine {
-            // Where what is seen at a place does not follow from a pinhole, the view goes straight on.
-            let plain = [CameraKind::Pinhole, CameraKind::Orthographic].contains(&engine.chosen.camera);
+            // Where pictures are not flat the view goes straight on.
+            let flat = [CameraKind::Pinhole, CameraKind::ThinLens, CameraKind::Orthographic];
+            let plain = flat.contains(&engine.chosen.camera);
             let place = if plain { place } else { [0.0; 2] };
             engine.look(dolly(&engine.chosen.view, place, notches));
         }
