@@ -233,6 +233,24 @@ pub(super) struct DirectionalLight {
     pub(super) color: Option<Radiance>,
 }
 
+/// A texture, and how it lies on a surface.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LaidTexture {
+    pub(super) file: Spanned<String>,
+    pub(super) repeat: Option<[Number; 2]>,
+    pub(super) offset: Option<[Number; 2]>,
+    #[serde(default)]
+    pub(super) clamp: bool,
+}
+
+impl Default for LaidTexture {
+    /// Of no file, once for each unit of texture coordinates.
+    fn default() -> Self {
+        Self { file: Spanned::new(0..0, String::new()), repeat: None, offset: None, clamp: false }
+    }
+}
+
 /// Materials whose only parameter is a colour.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -14,6 +14,7 @@
 //! | `keys` | which keys there are |
 //! | `object_keys` | those of objects |
 //! | `values` | what may stand behind keys |
+//! | `textures` | textures of materials |
 //! | `text` | where in the text something is wrong, and what may have been meant |
 
 mod assemble;
@@ -26,6 +27,7 @@ mod particles;
 mod parts;
 mod surroundings;
 mod text;
+mod textures;
 mod values;
 mod write;
 

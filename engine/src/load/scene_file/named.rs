@@ -11,9 +11,11 @@ use super::keys::{
     TransferRows, Wireframe,
 };
 use super::text::Text;
+use super::textures;
 use super::values::{Named, Number};
 use crate::color::from_srgb;
 use crate::load::LoadError;
+use crate::load::textures::Use;
 use crate::material::{self, LineWidth, Material, MaterialKind, NamedMaterial};
 use crate::scene::Map;
 use crate::texture::Maps;
@@ -118,6 +120,12 @@ impl Definitions {
 
     fn material(&self, text: &Text<'_>, name: String, value: Spanned<DeValue<'_>>) -> Result<Defined, LoadError> {
         let (kind, value) = kind_of::<MaterialKind>(text, value, "material", MaterialKind::NAMES)?;
+        let mut value = value;
+        let textured = matches!(
+            kind,
+            MaterialKind::Lambertian | MaterialKind::Flat | MaterialKind::Phong | MaterialKind::Principled
+        );
+        let maps = if textured { textures::maps(text, &mut value)? } else { Maps::default() };
         let mut coloring = None;
         let mut paint = |paint: Option<Paint>, usual: Vec3| {
             Ok(match paint {
@@ -132,11 +140,13 @@ impl Definitions {
         let material: Arc<dyn Material> = match kind {
             MaterialKind::Lambertian => {
                 let Colored { color } = text.read(value)?;
-                Arc::new(material::Lambertian::new(paint(color, material::Lambertian::default().diffuse)?))
+                let diffuse = paint(color, material::Lambertian::default().diffuse.max(white(&maps)))?;
+                Arc::new(material::Lambertian { diffuse, maps })
             }
             MaterialKind::Flat => {
                 let Colored { color } = text.read(value)?;
-                Arc::new(material::Flat::new(paint(color, material::Flat::default().color)?))
+                let color = paint(color, material::Flat::default().color.max(white(&maps)))?;
+                Arc::new(material::Flat { color, maps })
             }
             MaterialKind::Emissive => {
                 let Emissive { color, strength } = text.read(value)?;
@@ -144,16 +154,21 @@ impl Definitions {
                 Arc::new(material::Flat::new(paint(color, Vec3::ONE)? * strength))
             }
             MaterialKind::Principled => {
+                let metallic_roughness = textures::take(text, &mut value, "metallic_roughness_map", Use::Data)?;
+                let emission_map = textures::take(text, &mut value, "emission_map", Use::Color)?;
                 let Principled { color, metallic, roughness, emission, opacity, ior } = text.read(value)?;
                 let usual = material::Principled::default();
                 Arc::new(material::Principled {
-                    base_color: paint(color, usual.base_color)?,
+                    base_color: paint(color, usual.base_color.max(white(&maps)))?,
                     metallic: metallic.map_or(usual.metallic, |x| x.0 as f32),
                     roughness: roughness.map_or(usual.roughness, |x| x.0 as f32),
-                    emission: emission.map_or(usual.emission, |color| color.0),
+                    emission: emission
+                        .map_or(if emission_map.is_some() { Vec3::ONE } else { usual.emission }, |color| color.0),
                     opacity: opacity.map_or(usual.opacity, |x| x.0 as f32),
                     ior: ior.map_or(usual.ior, |x| x.0 as f32),
-                    ..usual
+                    maps,
+                    metallic_roughness,
+                    emission_map,
                 })
             }
             MaterialKind::Metal => {
@@ -223,18 +238,23 @@ impl Definitions {
                     text.read(value)?;
                 let usual = material::Phong::default();
                 Arc::new(material::Phong {
-                    diffuse: paint(color, usual.diffuse)?,
+                    diffuse: paint(color, usual.diffuse.max(white(&maps)))?,
                     specular: specular.map_or(usual.specular, |color| color.0),
                     shininess: shininess.map_or(usual.shininess, |x| x.0 as f32),
                     reflection: reflection.map_or(usual.reflection, |x| x.0 as f32),
                     transparency: transparency.map_or(usual.transparency, |x| x.0 as f32),
                     refractive_index: refractive_index.map_or(usual.refractive_index, |x| x.0 as f32),
-                    maps: Maps::default(),
+                    maps,
                 })
             }
         };
         Ok(Defined { named: NamedMaterial { name, material }, color: coloring })
     }
+}
+
+/// White, where a texture of colours is multiplied by a colour that is not given.
+fn white(maps: &Maps) -> Vec3 {
+    if maps.color.is_some() { Vec3::ONE } else { Vec3::ZERO }
 }
 
 /// A name, and what is behind it.

@@ -98,7 +98,7 @@ pub(super) fn add(
 }
 
 /// The file of a picture: a regular one only, since a name could be that of a pipe or a device.
-fn picture(text: &Text<'_>, name: &Spanned<String>) -> Result<PathBuf, LoadError> {
+pub(super) fn picture(text: &Text<'_>, name: &Spanned<String>) -> Result<PathBuf, LoadError> {
     let file = text.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
     let there = !name.get_ref().contains('\0') && input::is_regular(&file);
     there.then_some(file).ok_or_else(|| {
