@@ -60,7 +60,9 @@ impl Task for Arrive<'_> {
         let color = splat3(token, light.color.to_array());
         let direction = normalize_or(light.direction.to_array().map(f64::from), Vec3::NEG_Y);
         let backward = splat3(token, (-direction).to_array());
-        let cosine = |degrees: f32| libm::cosf(degrees.clamp(0.0, 180.0).to_radians());
+        // A NaN is no angle.
+        let sound = |degrees: f32| if degrees > 0.0 { degrees.min(180.0) } else { 0.0 };
+        let cosine = |degrees: f32| libm::cosf(sound(degrees).to_radians());
         let outer = cosine(light.outer);
         let rim = (cosine(light.inner) - outer).max(1e-6);
         let (outer, rim) = (token.splat(outer), token.splat(rim));

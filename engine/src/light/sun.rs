@@ -16,7 +16,7 @@ pub struct Sun {
     pub direction: Vec3,
     /// Radiance that arrives, as that of a [directional](super::Directional) light, however large the disk is; linear RGB.
     pub color: Vec3,
-    /// How large it is seen: its diameter in degrees, up to 180.
+    /// How large it is seen: its diameter in degrees, 0 to 180.
     pub angle: f32,
 }
 
@@ -56,7 +56,8 @@ impl Task for Arrive<'_> {
         let Self { light, points, out } = self;
         let axis = normalize_or(light.direction.to_array().map(f64::from), Vec3::Y);
         let axis = splat3(token, axis.to_array());
-        let half_sine = libm::sinf(light.angle.clamp(0.0, 180.0).to_radians() * 0.25);
+        let angle = if light.angle > 0.0 { light.angle.min(180.0) } else { 0.0 };
+        let half_sine = libm::sinf(angle.to_radians() * 0.25);
         let height = token.splat(2.0 * half_sine * half_sine);
         let color = splat3(token, light.color.to_array());
         for at in (0..points.len()).step_by(T::LANES) {

