@@ -223,7 +223,8 @@ mod tests {
     #[test]
     fn samples_add_up_to_the_table() {
         let size = [16, 8];
-        let radiance: Vec<Vec3> = (0..128).map(|i| Vec3::new((i * 37 % 11 + 1) as f32, (i % 7 + 1) as f32, 1.0)).collect();
+        let radiance: Vec<Vec3> =
+            (0..128).map(|i| Vec3::new((i * 37 % 11 + 1) as f32, (i % 7 + 1) as f32, 1.0)).collect();
         let light = Environment::new(size[0], &radiance).unwrap();
         // The mean of what arrives, weighted by something smooth, is that of the radiance over all directions.
         let weight = |way: Vec3| 1.5 + way.x + way.y * way.z;

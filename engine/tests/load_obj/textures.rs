@@ -5,6 +5,7 @@ use std::io::Cursor;
 use glam::Vec4;
 use image::{ImageFormat, Rgba, RgbaImage};
 use mobula::image::Size;
+use mobula::material::Principled;
 use mobula::texture::{Maps, Wrap};
 
 use super::Folder;
@@ -116,4 +117,37 @@ fn textures_and_holes_are_seen() {
     assert_eq!((row[4], row[11]), (RED, [255; 4]));
     let lit = seen(&folder, "newmtl it\nKd 1 1 1\nmap_Kd color.png\n");
     assert!(lit[4][0] > 60 && lit[4][1] == 0 && lit[11][1] > 60 && lit[11][0] == 0, "{lit:?}");
+}
+
+#[test]
+fn scene_files_have_textures() {
+    let folder = Folder::new("scene-textures");
+    folder.write("color.png", halves(RED, GREEN));
+    folder.write("rough.png", halves([0, 128, 255, 255], [0, 255, 0, 255]));
+    folder.write("sheet.obj", SHEET.replace("mtllib test.mtl\n", "").replace("usemtl it\n", ""));
+    let scene = |material: &str| {
+        let object = "[[object]]\nmesh = \"sheet.obj\"\nmaterial = \"it\"\n";
+        folder.load("scene.toml", format!("mobula = 1\n[materials]\nit = {{ {material} }}\n{object}"))
+    };
+    let laid = "texture = { file = \"color.png\", repeat = [2, 3], offset = [0.5, 0], clamp = true }";
+    let loaded = scene(&format!("kind = \"principled\", {laid}, metallic_roughness_map = \"rough.png\"")).unwrap();
+    let material: &Principled = loaded.scene.materials[0].material.downcast_ref().unwrap();
+    let color = material.maps.color.as_ref().unwrap();
+    assert_eq!((color.turn, color.offset, color.wrap), ([[2.0, 0.0], [0.0, 3.0]], [0.5, 0.0], [Wrap::Clamp; 2]));
+    assert_eq!(material.base_color, glam::Vec3::ONE, "nothing else is said");
+    assert_eq!(material.metallic_roughness.as_ref().unwrap().sample([0.25, 0.5], 0.0).z, 1.0);
+    for kind in ["lambertian", "flat", "phong"] {
+        let loaded = scene(&format!("kind = \"{kind}\", color = 0.5, texture = \"color.png\"")).unwrap();
+        assert!(loaded.scene.materials[0].material.maps().color.is_some(), "{kind}");
+    }
+    for (material, expected) in [
+        ("kind = \"lambertian\", texture = \"gone.png\"", ":3:40: there is no file \"gone.png\""),
+        ("kind = \"lambertian\", texture = 3", "scene.toml:3:40: "),
+        ("kind = \"lambertian\", texture = { file = \"color.png\", size = 2 }", "size"),
+        ("kind = \"metal\", texture = \"color.png\"", "texture"),
+        ("kind = \"flat\", texture = \"sheet.obj\"", "this is no PNG"),
+    ] {
+        let error = scene(material).map(|loaded| loaded.report).unwrap_err().to_string();
+        assert!(error.contains(expected), "{material}: {error}");
+    }
 }
