@@ -141,7 +141,9 @@ def ours(mobula, path, folder, view, options, samples):
     command += ["--eye", point(eye), "--at", point(at), "--fov", str(fov), "--smooth", "0"]
     command += ["--samples", str(samples), "--filter", "box", *options]
     subprocess.run(command, check=True, capture_output=True)
-    return np.array(mi.Bitmap(str(out)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32))
+    layers = mi.Bitmap(str(out))
+    names = [field.name for field in layers.struct_()]
+    return np.array(layers)[:, :, [names.index(channel) for channel in "RGB"]]
 
 
 def rmse(a, b):
@@ -163,7 +165,9 @@ def main():
         path, low, high = facets(arguments.model, folder)
         view = camera(low, high)
         mi.Bitmap(sky()).write(str(folder / "sky.exr"))
-        mapped = {"type": "envmap", "filename": str(folder / "sky.exr")}
+        # The middle of the picture is at negative z in Mobula, at positive z in Mitsuba.
+        half_turn = mi.ScalarTransform4f().rotate([0, 1, 0], 180)
+        mapped = {"type": "envmap", "filename": str(folder / "sky.exr"), "to_world": half_turn}
         even = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
         for name, environment, white, options in [
             ("environment", mapped, False, ["--background", str(folder / "sky.exr")]),

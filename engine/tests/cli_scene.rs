@@ -221,7 +221,7 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         ("sampler = \"sobol:0\"\n", "a.toml:2:11: no pixel sampler is called"),
         (
             "background = \"pink\"\n",
-            "a.toml:2:14: invalid value: string \"pink\", expected sky, black, white, a colour",
+            "a.toml:2:14: invalid value: string \"pink\", expected sky, daylight, black, white, a colour",
         ),
         // Numbers.
         (

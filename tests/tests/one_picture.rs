@@ -150,7 +150,9 @@ fn one_picture_of_all_that_the_tables_name() {
                 let settings = |(token, packet)| Settings { token, packet, camera, threads: 1, ..Settings::default() };
                 let mut pictures = all.map(|how| case.picture(settings(how)));
                 let Some(first) = pictures.next() else { continue };
-                assert!(first.chunks(4).any(|pixel| pixel != &first[..4]), "nothing to be seen: {name}");
+                // Clear glass before one colour is not seen.
+                let clear = matches!(material, MaterialKind::Dielectric | MaterialKind::ThinDielectric);
+                assert!(clear || first.chunks(4).any(|pixel| pixel != &first[..4]), "nothing to be seen: {name}");
                 assert!(pictures.all(|other| other == first), "{name}");
             }
         }

@@ -83,7 +83,7 @@ pub(crate) fn add(
 fn check(options: &RenderOptions, output: &Path) -> Result<(), Failure> {
     let format = PictureFile::new(output).format();
     let no = |text: &str| Err(Failure::Usage(text.to_owned()));
-    if output == Path::new(STANDARD_OUTPUT) {
+    if options.output == Path::new(STANDARD_OUTPUT) {
         if options.json {
             return no("--json, -o -: both want standard output; name a file for the picture");
         }

@@ -66,7 +66,8 @@ impl Environment {
             of_rows.push(sum * solid_angle(before / columns));
         }
         let mut parts = Vec::with_capacity(rows);
-        if !(accumulate(of_rows.into_iter(), &mut parts) > 0.0) {
+        let sum = accumulate(of_rows.into_iter(), &mut parts);
+        if sum.is_nan() || sum <= 0.0 {
             return None;
         }
         // What can be chosen is what the rounded sums say.

@@ -21,7 +21,9 @@ pub(super) fn albedo(cosine: f32, roughness: f32) -> [f32; 2] {
     // Nothing is lost where there is no roughness; near grazing angles what counts is the angle in units of it.
     let reflected = look_up(&REFLECTED, root * (1.0 + roughness) / (root + roughness + f32::MIN_POSITIVE), y).min(1.0);
     let mean = look_up(&MEAN, libm::cbrtf(cosine), y);
+    // Below, what is lost or gained goes with the square of alpha.
     let smooth = (roughness * (1.0 / SMOOTHEST)).clamp(0.0, 1.0);
+    let smooth = (smooth * smooth) * (smooth * smooth);
     let mean = schlick(cosine) * (1.0 - smooth) + mean * smooth;
     [reflected, reflected * mean.clamp(0.0, 1.0)]
 }

@@ -323,12 +323,11 @@ mod tests {
     #[test]
     fn wide_footprints_see_means() {
         // A checkerboard of texels is grey from afar, linear in light; of any size.
-        for size in [[64, 64], [37, 5], [1, 9], [1, 1], [33, 32]] {
+        for (size, error) in [([64, 64], 0.01), ([64, 1], 0.01), ([37, 5], 0.2), ([1, 9], 0.2), ([33, 32], 0.1)] {
             let board = bytes(size, |x, y| [[0, 255][(x + y) as usize % 2]; 4].map(|byte: u8| byte.max(1)));
             let texture = Texture::new(board, Encoding::Linear);
             let all = texture.sample([0.4, 0.4], 1.0, [Wrap::Repeat; 2]);
-            let expected = if size == [1, 1] { 0.0 } else { 0.5 };
-            assert!((all.x - expected).abs() < 0.06, "{size:?}: {all}");
+            assert!((all.x - 0.5).abs() < error, "{size:?}: {all}");
         }
         let board = bytes([64, 64], |x, y| [[0, 0, 0, 255], [255; 4]][(x + y) as usize % 2]);
         let texture = Texture::new(board, Encoding::Srgb);

@@ -141,8 +141,8 @@ fn scene_files_have_textures() {
         assert!(loaded.scene.materials[0].material.maps().color.is_some(), "{kind}");
     }
     for (material, expected) in [
-        ("kind = \"lambertian\", texture = \"gone.png\"", ":3:40: there is no file \"gone.png\""),
-        ("kind = \"lambertian\", texture = 3", "scene.toml:3:40: "),
+        ("kind = \"lambertian\", texture = \"gone.png\"", ":3:39: there is no file \"gone.png\""),
+        ("kind = \"lambertian\", texture = 3", "scene.toml:3:39: "),
         ("kind = \"lambertian\", texture = { file = \"color.png\", size = 2 }", "size"),
         ("kind = \"metal\", texture = \"color.png\"", "texture"),
         ("kind = \"flat\", texture = \"sheet.obj\"", "this is no PNG"),

@@ -54,6 +54,14 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
         || (json && ["\"asset\"", "\"accessors\"", "\"scenes\""].iter().any(|key| text.contains(key)))
 }
 
+/// The version that a document names, if it is not 2.
+fn other_version(json: &[u8]) -> Option<String> {
+    let document: serde_json::Value = serde_json::from_slice(json).ok()?;
+    let old = document["meshes"].is_object().then_some("1.0");
+    let version = document["asset"]["version"].as_str().or(old)?;
+    (!version.starts_with('2')).then(|| version.to_owned())
+}
+
 /// Loads a document.
 pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<Loaded, LoadError> {
     let fail = |problem: String| LoadError::new(file, problem, "check it with a glTF validator, or export it again");
@@ -64,6 +72,10 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
     })?;
     let (json, binary) = container::split(&bytes).map_err(fail)?;
     let root: Root = deserialize::from_slice(json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json)).map_err(|error| {
+        if let Some(version) = other_version(json) {
+            let remedy = "convert it to glTF 2.0, which Mobula loads";
+            return LoadError::new(file, format!("this is glTF {}", quoted(&version)), remedy);
+        }
         let (line, column) = (error.line() as u64, error.column() as u64);
         fail(format!("this is no glTF document: {error}")).at_column(line, column)
     })?;

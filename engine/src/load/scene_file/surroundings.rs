@@ -1,6 +1,5 @@
 //! Background, camera, and what else concerns the whole scene.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -8,14 +7,15 @@ use toml::Spanned;
 
 use super::keys::{self, Camera, Head};
 use super::lights::{WantedLight, light, vector};
-use super::text::{Text, shortened};
+use super::text::Text;
+use super::textures::picture;
 use super::values::{Named, point};
 use crate::background::{self, Background, Constant, Gradient};
 use crate::camera::CameraKind;
 use crate::image::Size;
 use crate::light::Hemisphere;
 use crate::load::place::Place;
-use crate::load::{self, LoadError, input};
+use crate::load::{self, LoadError};
 use crate::medium::Fog;
 use crate::scene::{Ground, SceneDescription, Time};
 use crate::view::{Up, View};
@@ -95,16 +95,6 @@ pub(super) fn add(
     }
     scene.up = head.up.map(|Named(axis)| axis).or(scene.up);
     Ok(())
-}
-
-/// The file of a picture: a regular one only, since a name could be that of a pipe or a device.
-pub(super) fn picture(text: &Text<'_>, name: &Spanned<String>) -> Result<PathBuf, LoadError> {
-    let file = text.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
-    let there = !name.get_ref().contains('\0') && input::is_regular(&file);
-    there.then_some(file).ok_or_else(|| {
-        let problem = format!("there is no file \"{}\"", shortened(name.get_ref()));
-        text.error(name.span(), problem, "name it as seen from the folder of the scene file")
-    })
 }
 
 fn look(

@@ -1,16 +1,15 @@
 //! Textures of the materials of a scene file.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use toml::Spanned;
 use toml::de::DeValue;
 
 use super::keys::LaidTexture;
-use super::surroundings::picture;
-use super::text::Text;
-use crate::load::LoadError;
-use crate::load::picture;
+use super::text::{Text, shortened};
 use crate::load::textures::{Use, texture};
+use crate::load::{LoadError, input};
 use crate::texture::{Map, Maps, NormalMap, OpacityMap, Wrap};
 
 /// Takes the textures that most materials may have out of the table of one.
@@ -41,10 +40,20 @@ pub(super) fn take(
         DeValue::String(name) => LaidTexture { file: Spanned::new(span, name.to_string()), ..LaidTexture::default() },
         _ => text.read(value)?,
     };
-    let read = picture::read(&picture(text, &laid.file)?)?;
+    let read = crate::load::picture::read(&picture(text, &laid.file)?)?;
     let [across, up] = laid.repeat.map_or([1.0; 2], |both| both.map(|x| x.0 as f32));
     let wrap = if laid.clamp { Wrap::Clamp } else { Wrap::Repeat };
     let offset = laid.offset.map_or([0.0; 2], |both| both.map(|x| x.0 as f32));
     let turn = [[across, 0.0], [0.0, up]];
     Ok(Some(Map { wrap: [wrap; 2], turn, offset, ..Map::new(Arc::new(texture(read, what))) }))
+}
+
+/// The file of a picture: a regular one only, since a name could be that of a pipe or a device.
+pub(super) fn picture(text: &Text<'_>, name: &Spanned<String>) -> Result<PathBuf, LoadError> {
+    let file = text.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
+    let there = !name.get_ref().contains('\0') && input::is_regular(&file);
+    there.then_some(file).ok_or_else(|| {
+        let problem = format!("there is no file \"{}\"", shortened(name.get_ref()));
+        text.error(name.span(), problem, "name it as seen from the folder of the scene file")
+    })
 }
