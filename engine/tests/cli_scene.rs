@@ -235,7 +235,7 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         ),
         (
             "[materials]\na = { kind = \"principled\", roughness = 2 }\n",
-            "a.toml:3:42: invalid value: integer `2`, expected a number from 0 to 1",
+            "a.toml:3:40: invalid value: integer `2`, expected a number from 0 to 1",
         ),
         ("camera = { eye = [0, 0, inf] }\n", "a.toml:2:25: invalid value: "),
         ("camera = { eye = [0, 0, 1e300] }\n", "a.toml:2:25: invalid value: "),

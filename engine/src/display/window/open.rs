@@ -14,6 +14,8 @@ use super::strips::Strips;
 /// The window once it is open.
 pub(super) struct Open {
     pub(super) window: Rc<Window>,
+    /// As the last event said: to ask a display that may be gone is a panic in `winit`.
+    pub(super) size: PhysicalSize<u32>,
     surface: Surface<OwnedDisplayHandle, Rc<Window>>,
     /// Who draws what the surface cannot.
     strips: Option<Strips>,
@@ -23,14 +25,14 @@ impl Open {
     pub(super) fn new(window: Rc<Window>, display: OwnedDisplayHandle) -> Result<Self, String> {
         let context = Context::new(display).map_err(|error| error.to_string())?;
         let surface = Surface::new(&context, Rc::clone(&window)).map_err(|error| error.to_string())?;
-        Ok(Self { window, surface, strips: None })
+        let size = window.inner_size();
+        Ok(Self { window, size, surface, strips: None })
     }
 
     /// Draws the newest picture, enlarged or shrunk while the pipeline has not caught up with the window's size.
     pub(super) fn draw(&mut self, screen: &Screen) -> Result<(), String> {
-        let Self { window, surface, strips } = self;
-        let PhysicalSize { width, height } = window.inner_size();
-        let (Some(width), Some(height)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
+        let Self { window, size: PhysicalSize { width, height }, surface, strips } = self;
+        let (Some(width), Some(height)) = (NonZeroU32::new(*width), NonZeroU32::new(*height)) else {
             return Ok(());
         };
         let size = [width, height].map(|side| side.get() as usize);

@@ -152,9 +152,10 @@ impl Viewer {
         let size = PhysicalSize::new(self.size.width() as u32, self.size.height() as u32);
         let attributes = Window::default_attributes().with_title("mobula").with_inner_size(size);
         let window = Rc::new(events.create_window(attributes).map_err(|error| without_place(&error))?);
-        let inner = window.inner_size();
-        self.open = Some(Open::new(window, events.owned_display_handle())?);
-        self.resize(inner);
+        let open = Open::new(window, events.owned_display_handle())?;
+        let size = open.size;
+        self.open = Some(open);
+        self.resize(size);
         Ok(())
     }
 
@@ -368,6 +369,7 @@ impl ApplicationHandler<News> for Viewer {
         match event {
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::Resized(size) => {
+                self.open.iter_mut().for_each(|open| open.size = size);
                 self.resize(size);
                 self.redraw();
             }

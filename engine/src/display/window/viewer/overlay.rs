@@ -45,7 +45,7 @@ impl Viewer {
     }
 
     fn window_size(&self) -> [usize; 2] {
-        let size = self.open.as_ref().map(|open| open.window.inner_size());
+        let size = self.open.as_ref().map(|open| open.size);
         size.map_or([self.size.width(), self.size.height()], |size| [size.width as usize, size.height as usize])
     }
 
