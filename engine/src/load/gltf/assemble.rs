@@ -27,6 +27,8 @@ pub(super) struct Assembly {
     groups: Vec<MeshGroup>,
     /// Parts that are left out, as they are points or lines.
     pub(super) other_modes: u64,
+    /// Triangles with corners that are not there, which are left out.
+    pub(super) dangling: u64,
     /// Parts whose material names several sets of texture coordinates.
     pub(super) other_sets: u64,
 }
@@ -79,13 +81,12 @@ impl Assembly {
         let count = positions.len() as u32;
         let put = |p: &[f32; 3]| transform.transform_point3(DVec3::from(p.map(f64::from))).to_array();
         self.positions.extend(positions.iter().map(put));
-        let shift = |triangle: &[u32; 3], by: usize| {
-            triangle.map(|corner| if corner < count { corner + by as u32 } else { NO_INDEX })
-        };
+        let shift = |triangle: &[u32; 3], by: usize| triangle.map(|corner| corner + by as u32);
         // What shows one side here shows the other where a transform mirrors.
         let mirrored = transform.determinant() < 0.0;
-        let turned: Vec<[u32; 3]> =
-            triangles.iter().map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }).collect();
+        let there = triangles.iter().filter(|triangle| triangle.iter().all(|&corner| corner < count));
+        let turned: Vec<[u32; 3]> = there.map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }).collect();
+        self.dangling += (triangles.len() - turned.len()) as u64;
         self.triangles.extend(turned.iter().map(|triangle| shift(triangle, first)));
 
         let of_normals = self.normals.len();

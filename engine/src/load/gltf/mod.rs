@@ -98,13 +98,15 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
         }
     }
     let place = Place::choose(options.place, file, &assembly.positions, &assembly.corners(), &mut warnings);
-    let told = |warnings: &mut Vec<String>, count: u64, what: &str| {
+    for (count, of, what) in [
+        (assembly.other_modes, "part", "of points or lines left out"),
+        (assembly.dangling, "triangle", "with corners that are not there left out"),
+        (assembly.other_sets, "part", "whose textures use several sets of coordinates: one is used"),
+    ] {
         if count > 0 {
-            warnings.push(format!("{}: {}", file.display(), counted(count, what)));
+            warnings.push(format!("{}: {} {what}", file.display(), counted(count, of)));
         }
-    };
-    told(&mut warnings, assembly.other_modes, "mesh of points or lines left out");
-    told(&mut warnings, assembly.other_sets, "mesh whose textures use several sets of coordinates: one is used");
+    }
     if document.animations().next().is_some() || document.skins().next().is_some() {
         warnings.push(format!("{}: it is shown as it stands, without its animation", file.display()));
     }
