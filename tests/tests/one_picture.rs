@@ -126,11 +126,12 @@ fn one_picture_of_volumes_among_other_things() {
 }
 
 /// Every kind of geometry with every material under every light, before one background after the other, seen by one camera after the
-/// other.
+/// other, in packets of three widths each.
 #[test]
 fn one_picture_of_all_that_the_tables_name() {
     let backgrounds: Vec<_> = BackgroundKind::ALL.iter().map(|kind| (kind, kind.build())).collect();
     let mut seen = HashSet::new();
+    let mut next_width = PacketWidth::ALL.iter().cycle();
     let (mut next_background, mut next_camera) = (backgrounds.iter().cycle(), CameraKind::ALL.iter().cycle());
     for (kind, &material) in
         KINDS.iter().flat_map(|kind| MaterialKind::ALL.iter().map(move |material| (kind, material)))
@@ -146,9 +147,11 @@ fn one_picture_of_all_that_the_tables_name() {
             scene.ground = (**background == BackgroundKind::Daylight).then(Ground::default);
             let case = Case::new(scene, (20, 13));
             let name = format!("{}, {material}, {light}, {background}, {camera}", kind.name);
+            // Widths take turns too.
+            let some_widths = [(); 3].map(|()| *next_width.next().unwrap_or(&PacketWidth::ALL[0]));
             for fused in [false, true] {
                 let tokens: Vec<_> = AnyToken::available().filter(|token| token.fused() == fused).collect();
-                let all = tokens.iter().flat_map(|&token| PacketWidth::ALL.iter().map(move |&packet| (token, packet)));
+                let all = tokens.iter().flat_map(|&token| some_widths.map(|packet| (token, packet)));
                 let settings = |(token, packet)| Settings { token, packet, camera, threads: 1, ..Settings::default() };
                 let mut pictures = all.map(|how| case.picture(settings(how)));
                 let Some(first) = pictures.next() else { continue };
