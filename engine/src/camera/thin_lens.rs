@@ -27,12 +27,15 @@ pub struct ThinLens {
 /// The radius of lenses of which none is given, as a part of the distance of focus.
 const USUAL: f32 = 1.0 / 40.0;
 
+/// Squares of greater lengths are no numbers.
+const MOST: f32 = 1e15;
+
 impl ThinLens {
     /// A camera with this point of view. Numbers that are not finite or below 0 count as not given.
     pub fn new(view: View, lens: Lens) -> Self {
-        let given = |x: Option<f32>| x.filter(|x| x.is_finite() && *x >= 0.0);
+        let given = |x: Option<f32>| x.filter(|x| x.is_finite() && *x >= 0.0).map(|x| x.min(MOST));
         let focus = given(lens.focus).filter(|&focus| focus > 0.0).unwrap_or(view.distance());
-        let focus = if focus > 0.0 { focus } else { 1.0 };
+        let focus = if focus > 0.0 { focus.min(MOST) } else { 1.0 };
         let radius = given(lens.aperture).unwrap_or(focus * USUAL);
         Self { basis: view.basis(), slope: view.slope(), view, radius, focus }
     }

@@ -42,7 +42,7 @@ pub(super) fn texture_coordinates(
     for (i, &k) in hits.primitives.iter().enumerate() {
         let (center, _) = sphere(k as usize).unwrap_or_default();
         let n = normal(center, hits.position(i));
-        let longitude = libm::atan2f(n.z, n.x) * (0.5 * core::f32::consts::FRAC_1_PI) + 0.5;
+        let longitude = libm::atan2f(-n.z, n.x) * (0.5 * core::f32::consts::FRAC_1_PI) + 0.5;
         let latitude = libm::asinf(n.y.clamp(-1.0, 1.0)) * core::f32::consts::FRAC_1_PI + 0.5;
         set_vec3(&mut out, i, Vec3::new(longitude, latitude, 0.0));
     }
@@ -62,7 +62,7 @@ pub(super) fn derivatives(
         let flat = (r.x * r.x + r.z * r.z).sqrt();
         let north =
             if flat > 0.0 { Vec3::new(-r.x * r.y / flat, flat, -r.z * r.y / flat) } else { Vec3::new(-r.y, 0.0, 0.0) };
-        set_vec3(&mut out_u, i, Vec3::new(-r.z, 0.0, r.x) * around);
+        set_vec3(&mut out_u, i, Vec3::new(r.z, 0.0, -r.x) * around);
         set_vec3(&mut out_v, i, north * (0.5 * around));
     }
 }

@@ -13,6 +13,8 @@ use crate::texture::{Picture, Texels};
 const TEXELS_BASE: u64 = 1 << 22;
 /// ... and this many for each byte of its file beyond that. One colour alone takes a byte for some hundred texels.
 const TEXELS_RATIO: u64 = 1024;
+/// Texels are at most so bright: sums of brighter ones would not be finite.
+const BRIGHTEST: f32 = 1e9;
 /// How much memory decoding a picture takes at most.
 const MOST_BYTES: u64 = 4 << 30;
 
@@ -59,7 +61,9 @@ pub fn decode(bytes: &[u8], extension: Option<&str>) -> Result<Picture, String> 
     let floats = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let size = [decoded.width(), decoded.height()];
     let texels = if floats {
-        Texels::Floats(decoded.into_rgba32f().into_raw().as_chunks().0.to_vec())
+        let sound = |x: &f32| if x.is_nan() { 0.0 } else { x.clamp(0.0, BRIGHTEST) };
+        let texels = decoded.into_rgba32f().into_raw();
+        Texels::Floats(texels.as_chunks::<4>().0.iter().map(|texel| texel.each_ref().map(sound)).collect())
     } else {
         Texels::Bytes(decoded.into_rgba8().into_raw().as_chunks().0.to_vec())
     };

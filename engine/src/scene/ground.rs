@@ -55,7 +55,8 @@ impl Ground {
         let middle = low * 0.5 + high * 0.5;
         let middle = middle + up * (height - middle.dot(up));
         let radius = size * REACH;
-        let (right, forward) = if up == Vec3::Y { (Vec3::X, Vec3::Z) } else { (Vec3::X, Vec3::Y) };
+        // Counter-clockwise, seen from above.
+        let (right, forward) = if up == Vec3::Y { (Vec3::X, Vec3::NEG_Z) } else { (Vec3::X, Vec3::Y) };
         let corner = |i: u32| {
             let angle = TAU * i as f32 / CORNERS as f32;
             middle + (right * libm::cosf(angle) + forward * libm::sinf(angle)) * radius

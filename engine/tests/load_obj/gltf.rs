@@ -159,6 +159,8 @@ fn other_ways_to_say_it() {
         });
     });
     assert_eq!(mesh(&sparse.unwrap()).positions[1], [0.0, 0.0, 1.0]);
+    let bare = load(&|document| document["images"][0] = json!({})).unwrap();
+    assert!(bare.report.warnings[0].contains("neither a uri nor a buffer view"), "{:?}", bare.report.warnings);
     let twice = load(&|document| document["nodes"][4]["children"] = json!([3, 0]));
     assert_eq!(mesh(&twice.unwrap()).triangles.len(), 4, "each node once");
     let beyond = load(&|document| document["accessors"][3]["bufferView"] = json!(1)).unwrap();

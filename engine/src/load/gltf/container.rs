@@ -54,7 +54,8 @@ pub(super) fn fetch(document: &Path, uri: &str) -> Result<Vec<u8>, String> {
         return Err(format!("{} is not fetched: save it beside the document", quoted(uri)));
     }
     let name: Cow<'_, str> = percent_decode_str(uri).decode_utf8_lossy();
-    let file = beside(document, &name).ok_or_else(|| format!("{} is not there", quoted(&name)))?;
+    let file = beside(document, &name)
+        .ok_or_else(|| format!("{} is not there (only files beside the document are read)", quoted(&name)))?;
     std::fs::read(&file).map_err(|error| format!("{} cannot be read: {error}", quoted(&name)))
 }
 

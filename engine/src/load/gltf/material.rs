@@ -49,7 +49,15 @@ impl Textures {
         wanted.dedup();
         let images: Vec<image::Image<'_>> = document.images().collect();
         progress.expect(wanted.len() as u64);
+        // The crate takes for granted that an image has bytes.
+        let has_bytes = |number: usize| {
+            let image = document.as_json().images.get(number);
+            image.is_some_and(|image| image.uri.is_some() || image.buffer_view.is_some())
+        };
         let decoded = at_once(&wanted, |&(number, what)| {
+            if !has_bytes(number) {
+                return Err("it has neither a uri nor a buffer view".to_owned());
+            }
             let picture = match images[number].source() {
                 image::Source::View { view, mime_type } => {
                     buffers.view(&view).and_then(|bytes| picture::decode(bytes, mime_type.strip_prefix("image/")))

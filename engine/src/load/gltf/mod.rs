@@ -84,8 +84,14 @@ pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<L
         return Err(LoadError::new(file, format!("it needs the extension {}", quoted(name)), remedy));
     }
     let root = Root { extensions_required: Vec::new(), ..root };
-    let document =
-        Document::from_json(root).map_err(|error| fail(format!("this is no sound glTF document: {error}")))?;
+    let document = Document::from_json(root).map_err(|error| {
+        let all = error.to_string();
+        let mut faults = all.split(';').map(|fault| fault.trim().trim_start_matches("invalid glTF: "));
+        let first = faults.next().unwrap_or_default();
+        let more = faults.filter(|fault| !fault.is_empty()).count();
+        let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
+        fail(format!("this is no sound glTF document: {first}{more}"))
+    })?;
     let mut warnings = Vec::new();
     let buffers = Buffers::read(file, &document, binary);
     let textures = Textures::read(file, &document, &buffers, &options.progress, &mut warnings);

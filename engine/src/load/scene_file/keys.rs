@@ -235,7 +235,7 @@ pub(super) struct DirectionalLight {
 
 /// A texture, and how it lies on a surface.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "the name of a picture, or a table with file, repeat, offset and clamp")]
 pub(super) struct LaidTexture {
     pub(super) file: Spanned<String>,
     pub(super) repeat: Option<[Number; 2]>,
@@ -256,6 +256,12 @@ impl Default for LaidTexture {
 #[serde(deny_unknown_fields)]
 pub(super) struct Colored {
     pub(super) color: Option<Paint>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) texture: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) normal_map: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) opacity_map: Option<IgnoredAny>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -267,6 +273,12 @@ pub(super) struct Phong {
     pub(super) reflection: Option<Part>,
     pub(super) transparency: Option<Part>,
     pub(super) refractive_index: Option<Positive>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) texture: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) normal_map: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) opacity_map: Option<IgnoredAny>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -285,6 +297,16 @@ pub(super) struct Principled {
     pub(super) emission: Option<Radiance>,
     pub(super) opacity: Option<Part>,
     pub(super) ior: Option<Index>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) texture: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) normal_map: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) opacity_map: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) metallic_roughness_map: Option<IgnoredAny>,
+    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
+    pub(super) emission_map: Option<IgnoredAny>,
 }
 
 /// Materials with a colour and a roughness.

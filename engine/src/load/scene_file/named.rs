@@ -139,12 +139,12 @@ impl Definitions {
         };
         let material: Arc<dyn Material> = match kind {
             MaterialKind::Lambertian => {
-                let Colored { color } = text.read(value)?;
+                let Colored { color, .. } = text.read(value)?;
                 let diffuse = paint(color, material::Lambertian::default().diffuse.max(white(&maps)))?;
                 Arc::new(material::Lambertian { diffuse, maps })
             }
             MaterialKind::Flat => {
-                let Colored { color } = text.read(value)?;
+                let Colored { color, .. } = text.read(value)?;
                 let color = paint(color, material::Flat::default().color.max(white(&maps)))?;
                 Arc::new(material::Flat { color, maps })
             }
@@ -156,7 +156,7 @@ impl Definitions {
             MaterialKind::Principled => {
                 let metallic_roughness = textures::take(text, &mut value, "metallic_roughness_map", Use::Data)?;
                 let emission_map = textures::take(text, &mut value, "emission_map", Use::Color)?;
-                let Principled { color, metallic, roughness, emission, opacity, ior } = text.read(value)?;
+                let Principled { color, metallic, roughness, emission, opacity, ior, .. } = text.read(value)?;
                 let usual = material::Principled::default();
                 Arc::new(material::Principled {
                     base_color: paint(color, usual.base_color.max(white(&maps)))?,
@@ -234,7 +234,7 @@ impl Definitions {
                 Arc::new(material::NormalColor)
             }
             MaterialKind::Phong => {
-                let Phong { color, specular, shininess, reflection, transparency, refractive_index } =
+                let Phong { color, specular, shininess, reflection, transparency, refractive_index, .. } =
                     text.read(value)?;
                 let usual = material::Phong::default();
                 Arc::new(material::Phong {
