@@ -48,7 +48,7 @@ pub(super) fn texture_coordinates(
     }
 }
 
-/// Eastwards and northwards around y.
+/// Eastwards, which is to the right as seen from outside, and northwards around y.
 #[inline(always)]
 pub(super) fn derivatives(
     hits: &Hits<'_>,

@@ -208,7 +208,9 @@ mod tests {
         spheres.texture_coordinates(&hits, part_mut(&mut out, 0..1));
         assert_eq!(vec3(&out, 0), Vec3::new(0.5, 0.5, 0.0));
         spheres.derivatives(&hits, [part_mut(&mut out, 0..1), part_mut(&mut second, 0..1)]);
-        assert!(vec3(&out, 0).normalize().dot(Vec3::Z) > 0.999 && vec3(&second, 0).normalize().dot(Vec3::Y) > 0.999);
+        assert!(
+            vec3(&out, 0).normalize().dot(Vec3::NEG_Z) > 0.999 && vec3(&second, 0).normalize().dot(Vec3::Y) > 0.999
+        );
         assert!(!spheres.colors(&hits, part_mut(&mut out, 0..1)), "there are none");
     }
 
