@@ -4,7 +4,7 @@
 
 mod args;
 mod failure;
-mod film;
+mod frames;
 mod histogram;
 mod info;
 mod manual;

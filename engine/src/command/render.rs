@@ -15,7 +15,7 @@ use super::args::{RenderOptions, SceneOptions};
 use super::failure::Failure;
 use super::progress::watch;
 use super::scene::grouped;
-use super::{Prepared, film, prepare, print_object, say, signals, tell, viewpoints};
+use super::{Prepared, frames, prepare, print_object, say, signals, tell, viewpoints};
 
 /// How files are sampled unless somebody says how.
 const STILL: SamplerKind = SamplerKind::Sobol { samples: 16, filter: Filter::Gaussian };
@@ -24,10 +24,10 @@ pub(crate) fn render(options: &RenderOptions) -> Result<(), Failure> {
     let film = options.fps.is_some();
     let Prepared { mut pipeline, settings, build_seconds, time, .. } = prepare(&options.scene, false, film, STILL)?;
     let frames = options.turntable.unwrap_or(options.frames);
-    let output = if options.turntable.is_some() { film::numbered(&options.output) } else { options.output.clone() };
+    let output = if options.turntable.is_some() { frames::numbered(&options.output) } else { options.output.clone() };
     let outputs = viewpoints::add(&mut pipeline, &settings, options, &output)?;
     if let Some(fps) = options.fps {
-        film::go_on(&mut pipeline, fps, time);
+        frames::go_on(&mut pipeline, fps, time);
     }
     if settings.traverser == TraverserKind::Tiled {
         let pixels = settings.size.pixels() as u64 * outputs.channels();

@@ -12,7 +12,7 @@ use mobula::traverse::TraverserKind;
 
 use super::args::RenderOptions;
 use super::failure::Failure;
-use super::film;
+use super::frames;
 use super::say;
 
 /// The eyes are as far apart as this part of the distance to what they look at.
@@ -63,7 +63,7 @@ pub(crate) fn add(
             state.stack.set_camera(channel, camera.build(view.orbit(turn, 0.0), lens));
         }
         if let Some(frames) = options.turntable {
-            film::turn(pipeline, frames, |view| vec![view]);
+            frames::turn(pipeline, frames, |view| vec![view]);
         }
         let display = |file| PictureFile::new(file).with_sheet(legend.clone());
         let files: Vec<_> = files(output, count).into_iter().map(display).collect();

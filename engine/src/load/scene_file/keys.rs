@@ -254,18 +254,17 @@ impl Default for LaidTexture {
 /// Materials whose only parameter is a colour.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[allow(dead_code, reason = "textures are taken out before; their names are here for messages")]
 pub(super) struct Colored {
     pub(super) color: Option<Paint>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) texture: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) normal_map: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) opacity_map: Option<IgnoredAny>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[allow(dead_code, reason = "textures are taken out before; their names are here for messages")]
 pub(super) struct Phong {
     pub(super) color: Option<Paint>,
     pub(super) specular: Option<Color>,
@@ -273,11 +272,8 @@ pub(super) struct Phong {
     pub(super) reflection: Option<Part>,
     pub(super) transparency: Option<Part>,
     pub(super) refractive_index: Option<Positive>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) texture: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) normal_map: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) opacity_map: Option<IgnoredAny>,
 }
 
@@ -290,6 +286,7 @@ pub(super) struct Emissive {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[allow(dead_code, reason = "textures are taken out before; their names are here for messages")]
 pub(super) struct Principled {
     pub(super) color: Option<Paint>,
     pub(super) metallic: Option<Part>,
@@ -297,15 +294,10 @@ pub(super) struct Principled {
     pub(super) emission: Option<Radiance>,
     pub(super) opacity: Option<Part>,
     pub(super) ior: Option<Index>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) texture: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) normal_map: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) opacity_map: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) metallic_roughness_map: Option<IgnoredAny>,
-    #[allow(dead_code, reason = "it is taken out before; here for who looks for the name")]
     pub(super) emission_map: Option<IgnoredAny>,
 }
 

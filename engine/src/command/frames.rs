@@ -14,7 +14,7 @@ use super::say;
 /// Digits of the numbers of frames in files' names.
 const DIGITS: &str = "-####";
 
-/// The name of the files of a film: with a place for the numbers of frames, before the end.
+/// The name of the files of several frames: with a place for the numbers of frames, before the end.
 pub(crate) fn numbered(output: &Path) -> PathBuf {
     if is_numbered(output) {
         return output.to_owned();
