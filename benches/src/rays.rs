@@ -156,6 +156,8 @@ pub struct Found {
     pub t: Vec<f32>,
     /// Triangles; [`NOTHING`] where none was hit.
     pub primitive: Vec<u32>,
+    /// Where on the triangles, if it is asked for: how much of the second corner and of the third.
+    pub uv: Option<[Vec<f32>; 2]>,
 }
 
 /// "No triangle".
@@ -164,7 +166,7 @@ pub const NOTHING: u32 = u32::MAX;
 impl Found {
     /// Room for `count` results.
     pub fn new(count: usize) -> Self {
-        Self { t: vec![0.0; count], primitive: vec![NOTHING; count] }
+        Self { t: vec![0.0; count], primitive: vec![NOTHING; count], uv: None }
     }
 
     /// Did ray `i` find anything?

@@ -157,11 +157,40 @@ const ENGINE: View = View {
     far: Far::Nothing,
 };
 
+/// In centimetres, with a texture of cloth.
+const COUCH: View = View {
+    name: "couch",
+    source: "../models/couch/couch.obj",
+    eye: [110.0, 110.0, 220.0],
+    at: [0.0, 40.0, 0.0],
+    up: Y,
+    tangent: 0.4,
+    pixels: 1024,
+    light: [150.0, 300.0, 200.0],
+    sun: [0.4, 0.8, 0.5],
+    reach: 40.0,
+    offset: 0.01,
+    known: None,
+    far: Far::Nothing,
+};
+
+/// In centimetres, textured all over.
+const CHICKEN: View = View {
+    name: "chicken",
+    source: "../models/chicken/chicken.obj",
+    eye: [50.0, 35.0, 60.0],
+    at: [0.0, 22.0, 0.0],
+    light: [60.0, 100.0, 80.0],
+    reach: 10.0,
+    offset: 2e-3,
+    ..COUCH
+};
+
 /// Where the bunny is ten thousand times its size away from the origin.
 const AWAY: [f32; 3] = [1e4, -5e3, 2e4];
 
 /// Every row. The atrium and the house's inside are closed, so most of the sun's rays end at the ceiling there.
-pub const VIEWS: [View; 21] = [
+pub const VIEWS: [View; 23] = [
     BUNNY,
     View { name: "bunny_stray", far: Far::Corner([-1e6, 1e6, 1e6]), ..BUNNY },
     View {
@@ -245,6 +274,9 @@ pub const VIEWS: [View; 21] = [
     View { name: "motorbike_far", eye: [-27.0, -36.8, 12.0], ..MOTORBIKE },
     View { name: "terr1m_above", eye: [50.0, 160.0, 50.0], at: [50.0, 0.0, 49.9], known: None, ..TERRAIN },
     View { name: "terr1m_crop", tangent: 0.1, known: None, ..TERRAIN },
+    // Textured.
+    COUCH,
+    CHICKEN,
 ];
 
 /// What a scene is made of.

@@ -43,7 +43,11 @@ pub fn rays(kind: Kind, view: &View, primitives: &Primitives, primary: &RaySet, 
 
 /// A direction around `normal`, distributed by the cosine, from two random numbers of the ray's index.
 fn cosine(normal: [f32; 3], index: usize) -> [f32; 3] {
-    let (u, v) = (unit(2 * index as u32), unit(2 * index as u32 + 1));
+    cosine_weighted(normal, [unit(2 * index as u32), unit(2 * index as u32 + 1)])
+}
+
+/// A direction around `normal`, distributed by the cosine, for a point of the unit square.
+pub fn cosine_weighted(normal: [f32; 3], [u, v]: [f32; 2]) -> [f32; 3] {
     let (sin, cos) = (std::f32::consts::TAU * u).sin_cos();
     let radius = v.sqrt();
     let other = if normal[0].abs() < 0.5 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
@@ -54,7 +58,7 @@ fn cosine(normal: [f32; 3], index: usize) -> [f32; 3] {
 }
 
 /// A number in `[0, 1)` from an integer (the output function of PCG RXS-M-XS 32).
-fn unit(index: u32) -> f32 {
+pub fn unit(index: u32) -> f32 {
     let state = index.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
     (((word >> 22) ^ word) >> 8) as f32 * (1.0 / 16_777_216.0)

@@ -193,6 +193,9 @@ where
     fn store(&self, found: &mut Found, at: usize, count: usize) {
         put(&self.far, &mut found.t, at, count);
         put(&self.primitive, &mut found.primitive, at, count);
+        for (from, to) in self.uv.iter().zip(found.uv.iter_mut().flatten()) {
+            put(from, to, at, count);
+        }
     }
 }
 
