@@ -49,12 +49,48 @@ impl Set {
 /// Point `index` of a set, both coordinates in 0..1, for pixels with the hashes `seed`.
 #[inline(always)]
 pub(crate) fn point<T: Token>(token: T, seed: T::I32, index: T::I32, set: Set) -> [T::F32; 2] {
-    let seeds = [0, 1, 2].map(|which| set.seed(which) as i32);
-    let mut index = index;
-    if set != Set::PIXEL {
-        // In another order for each set, or the first points of all would go together.
-        index = mirror(token, permute(token, mirror(token, index), seed ^ token.splat_i32(seeds[0])));
+    of_place(token, seed, place(token, seed, index, set), set)
+}
+
+/// One of as many points of a set as a grid has `cells`, from point `block * cells` on: the one in cell `cell`. So the first of all pixels are
+/// near each other, and the second ones, and so on. The grid is one of 2 x 2 or 4 x 4; of other numbers, points are as they come.
+#[inline(always)]
+pub(crate) fn point_in_cell<T: Token>(
+    token: T,
+    seed: T::I32,
+    block: T::I32,
+    (cell, cells): (u32, u32),
+    set: Set,
+) -> [T::F32; 2] {
+    let bits = match cells {
+        4 => 1,
+        16 => 2,
+        _ => return point(token, seed, block * token.splat_i32(cells as i32) + token.splat_i32(cell as i32), set),
+    };
+    // All but the lowest bits of the place say which block it is. Of the lowest, first those that permute to the cell's column.
+    let low = token.splat_i32((1 << bits) - 1);
+    let place = place(token, seed, block.shl(2 * bits), set) & token.splat_i32(-(cells as i32));
+    let [column, row] = [cell & ((1 << bits) - 1), cell >> bits].map(|x| token.splat_i32(x as i32));
+    let [seed_x, seed_y] = [1, 2].map(|which| seed ^ token.splat_i32(set.seed(which) as i32));
+    let place = place | (unpermute_two(column, seed_x) & low);
+    // Then those above, which add what the product lacks of what permutes to the row.
+    let lacking = (unpermute_two(row, seed_y) ^ pascal(token, place)) & low;
+    of_place(token, seed, place | (lacking ^ lacking.shr(1)).shl(bits), set)
+}
+
+/// Where in Sobol's sequence a point of a set is: in another order for each set, or the first points of all would go together.
+#[inline(always)]
+fn place<T: Token>(token: T, seed: T::I32, index: T::I32, set: Set) -> T::I32 {
+    if set == Set::PIXEL {
+        return index;
     }
+    mirror(token, permute(token, mirror(token, index), seed ^ token.splat_i32(set.seed(0) as i32)))
+}
+
+/// The point at a place of Sobol's sequence, scrambled.
+#[inline(always)]
+fn of_place<T: Token>(token: T, seed: T::I32, index: T::I32, set: Set) -> [T::F32; 2] {
+    let seeds = [0, 1, 2].map(|which| set.seed(which) as i32);
     // Mirrored, which is how they are permuted, the first coordinate is the index itself, the second its product with Pascal's triangle
     // modulo 2: each bit is the sum of those whose place has all its bits set.
     let x = permute(token, index, seed ^ token.splat_i32(seeds[1]));
@@ -115,6 +151,12 @@ fn permute<T: Token>(token: T, x: T::I32, seed: T::I32) -> T::I32 {
         x = x ^ (x * token.splat_i32(factor as i32));
     }
     x
+}
+
+/// The lowest two bits of what [`permute`] makes into the lowest two of `x`: its factors change them twice, to and fro.
+#[inline(always)]
+fn unpermute_two<I: I32Lanes>(x: I, seed: I) -> I {
+    x - seed
 }
 
 /// The bits in reverse order.
@@ -204,6 +246,53 @@ mod tests {
                     seen.sort_unstable();
                     assert!(seen.into_iter().eq(0..1 << bits), "seed {seed}, set {set}, 2^{bits} points, {a}");
                 }
+            }
+        }
+    }
+
+    struct Cells {
+        seed: u32,
+        block: u32,
+        cells: u32,
+    }
+
+    impl Task for Cells {
+        type Output = Vec<[f32; 2]>;
+
+        #[inline(always)]
+        fn run<T: Token>(self, token: T) -> Vec<[f32; 2]> {
+            let [seed, block] = [self.seed, self.block].map(|x| token.splat_i32(x as i32));
+            let (mut x, mut y) = (vec![0.0; T::LANES], vec![0.0; T::LANES]);
+            let of = |cell| {
+                let [u, v] = point_in_cell(token, seed, block, (cell, self.cells), Set::occlusion(3));
+                u.store(&mut x, 0);
+                v.store(&mut y, 0);
+                [x[0], y[0]]
+            };
+            (0..self.cells).map(of).collect()
+        }
+    }
+
+    #[test]
+    fn points_are_where_their_cells_are_and_no_others() {
+        let token = AnyToken::detect();
+        let cell = |side: f32, point: [f32; 2]| point.map(|x| (x * side) as u32);
+        for cells in [1, 3, 4, 16, 64] {
+            let side = f32::from(cells as u16).sqrt();
+            let expected = token.run(Cells { seed: 0, block: 0, cells });
+            for (seed, block) in [(0, 0), (1, 0), (2, 1), (0xdead_beef, 5), (77, 1000)] {
+                let found = token.run(Cells { seed, block, cells });
+                if matches!(cells, 4 | 16) {
+                    for (a, b) in expected.iter().zip(&found) {
+                        assert_eq!(cell(side, *a), cell(side, *b), "{cells} cells, seed {seed}, block {block}");
+                    }
+                }
+                let mut usual = points(token, seed, ((block + 1) * cells) as usize, Set::occlusion(3));
+                let mut usual = usual.split_off((block * cells) as usize);
+                let mut found = found;
+                usual.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                found.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                assert_eq!(found, usual, "{cells} cells, seed {seed}, block {block}");
             }
         }
     }

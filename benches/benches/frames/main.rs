@@ -45,6 +45,9 @@ struct Arguments {
     /// Kinds of frames.
     #[arg(long, value_delimiter = ',', default_values = ["primary", "shadows", "ao"])]
     frame: Vec<Shown>,
+    /// Rays in Mobula's packets, instead of as many as are usual at the level.
+    #[arg(long)]
+    packet: Option<PacketWidth>,
     /// Turns.
     #[arg(long, default_value_t = 5)]
     repeat: usize,
@@ -178,7 +181,7 @@ fn measure(
     let interface = Interface { entry: Entry::Sixteen, coherent: true };
     let mut bare = Bare::new(token, &scene, &surfaces, camera, (side, view.light.into(), view.reach), interface);
     let size = Size::new(side, side)?;
-    let packet = PacketWidth::best(level);
+    let packet = arguments.packet.unwrap_or(PacketWidth::best(level));
     let settings = Settings { token, packet, threads: 1, size, view: Some(camera), ..Settings::default() };
     let mut pipeline = app::pipeline(&description, &settings)?;
     let frames = arguments.frames * (1024 * 1024 / size.pixels()).max(1);

@@ -110,8 +110,8 @@ pub(crate) struct SceneOptions {
     pub(crate) isa: Option<Level>,
 
     #[arg(short, long, value_name = "N", help = format!(
-        "Rays in a packet: {} [default: {} at avx2 and avx512, else {}]",
-        PacketWidth::list(), PacketWidth::best(Level::Avx2), PacketWidth::best(Level::Sse2)
+        "Rays in a packet: {} [default: {}, at the scalar level {}]",
+        PacketWidth::list(), PacketWidth::best(Level::Avx2), PacketWidth::best(Level::Scalar)
     ))]
     pub(crate) packet: Option<PacketWidth>,
 

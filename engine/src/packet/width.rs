@@ -49,8 +49,8 @@ impl PacketWidth {
     /// The fastest for whole frames at a level, as measured (`benches/record`).
     pub const fn best(level: Level) -> Self {
         match level {
-            Level::Scalar | Level::Sse2 => Self::W64,
-            Level::Avx2 | Level::Avx512 => Self::W256,
+            Level::Scalar => Self::W64,
+            Level::Sse2 | Level::Avx2 | Level::Avx512 => Self::W256,
         }
     }
 

@@ -7,7 +7,7 @@ use crate::lanes::{dot, load3, scale, select3, store3, sub};
 use crate::lighting::Points;
 use crate::packet::{AnyHitPacket, Columns3, columns3, transmittance};
 use crate::scratch::{ForWidth, lend};
-use crate::sequence::{Set, point};
+use crate::sequence::{Set, point_in_cell};
 use crate::stack::{Context, Occlusion};
 use crate::warp::{above, cosine_weighted};
 
@@ -15,7 +15,8 @@ use crate::warp::{above, cosine_weighted};
 /// as far as `occlusion` says, and with so many rays, which depend on the samples alone that the points belong to. `depth` is how many
 /// reflections or refractions they are behind.
 ///
-/// The first rays of all points go together, then the second ones: so packets are full, and their rays start close to each other.
+/// The first rays of all points go together, then the second ones: so packets are full, and their rays start close to each other and go
+/// into the same part of the sky.
 pub(crate) fn openness(context: &Context<'_>, occlusion: Occlusion, points: &Points, depth: u32, out: &mut [f32]) {
     let count = points.len();
     let out = &mut out[..count];
@@ -78,11 +79,10 @@ impl Task for Upward<'_> {
         let Self { points, set, ray, rays, aim } = self;
         let zero = token.splat(0.0);
         let [seeds, numbers] = points.samples();
-        let (rays, ray) = (token.splat_i32(rays as i32), token.splat_i32(ray as i32));
         aim.unit = true;
         for at in (0..points.len()).step_by(T::LANES) {
-            let number = token.load_u32(numbers, at) * rays + ray;
-            let square = point(token, token.load_u32(seeds, at), number, set);
+            let (seed, number) = (token.load_u32(seeds, at), token.load_u32(numbers, at));
+            let square = point_in_cell(token, seed, number, (ray, rays), set);
             let (normal, geometric) =
                 (load3(token, &points.normals(), at), load3(token, &points.geometric_normals(), at));
             let direction = above(token, normal, cosine_weighted(token, square));
@@ -103,6 +103,7 @@ mod tests {
     use mobula_core::simd::{AnyToken, Scalar};
 
     use super::*;
+    use crate::sequence::point;
 
     struct Directions(Vec<[f32; 3]>);
 
