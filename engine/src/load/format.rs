@@ -86,6 +86,7 @@ fn load_any(file: &Path, options: &Options, allowed: fn(&Format) -> bool) -> Res
             if format.name != SCENE_FILE {
                 loaded.smooth(options.smooth.unwrap_or(CREASE_ANGLE));
             }
+            loaded.tell_of_lost_textures();
             return Ok(loaded);
         }
         let remedy = "a scene file names no other ones: write here what is in it";

@@ -5,8 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::place::Place;
-use crate::geometry::{Census, Mesh};
+use super::text::{printable, quoted};
+use crate::geometry::{Census, Mesh, NO_INDEX};
 use crate::scene::SceneDescription;
+use crate::texture::Maps;
 
 /// A loaded file.
 #[derive(Clone, Debug)]
@@ -29,6 +31,35 @@ impl Loaded {
             let made = any.downcast_mut::<Mesh>().map_or(0, |mesh| mesh.smooth(degrees));
             if made > 0 {
                 self.report.census.add(Mesh::MADE_NORMALS, made as u64);
+            }
+        }
+    }
+
+    /// Tells of meshes with textures that lie nowhere, if nobody has yet.
+    pub(super) fn tell_of_lost_textures(&mut self) {
+        let materials = &self.scene.materials;
+        let textured: Vec<bool> = materials.iter().map(|named| *named.material.maps() != Maps::default()).collect();
+        if !textured.contains(&true) {
+            return;
+        }
+        for mesh in self.scene.geometry.iter().filter_map(|geometry| geometry.downcast_ref::<Mesh>()) {
+            let bare = |&i: &usize| {
+                let laid = mesh.triangle_texture_coordinates.get(i).is_some_and(|corners| !corners.contains(&NO_INDEX));
+                !laid && textured.get(mesh.material_of(i) as usize) == Some(&true)
+            };
+            let mut found = (0..mesh.triangles.len()).filter(bare);
+            let Some(first) = found.next() else { continue };
+            let material = quoted(&materials[mesh.material_of(first) as usize].name);
+            let triangles = match found.count() {
+                0 => "a triangle has".to_owned(),
+                others => format!("{} triangles have", others + 1),
+            };
+            let mesh = printable(&mesh.name);
+            let warning = format!(
+                "{mesh}: {triangles} no texture coordinates, but a material with a texture ({material}): all show one place of it"
+            );
+            if !self.report.warnings.contains(&warning) {
+                self.report.warnings.push(warning);
             }
         }
     }

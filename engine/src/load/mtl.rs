@@ -13,9 +13,9 @@ use super::mtl_maps::MapStatement;
 use super::text::quoted;
 use super::textures::{Decoded, Gallery, Use};
 use super::{LoadError, input};
-use crate::material::{Flat, Lambertian, Material, NamedMaterial, Phong};
+use crate::material::{Flat, Lambertian, Material, NamedMaterial, Phong, Principled};
 use crate::progress::Progress;
-use crate::texture::{Map, Maps, NormalMap, OpacityMap};
+use crate::texture::{ChannelMap, Map, Maps, NormalMap, OpacityMap};
 
 /// Names beyond this many are not looked for: one statement may hold a great many.
 const MOST_NAMES: usize = 1024;
@@ -171,6 +171,19 @@ struct NamedMaps {
     color: Option<(usize, MapStatement)>,
     opacity: Option<(usize, MapStatement)>,
     bumps: Option<(usize, MapStatement)>,
+    specular: Option<(usize, MapStatement)>,
+    emission: Option<(usize, MapStatement)>,
+    roughness: Option<(usize, MapStatement)>,
+    metallic: Option<(usize, MapStatement)>,
+}
+
+/// What became of them.
+struct FoundMaps {
+    maps: Maps,
+    specular: Option<Map>,
+    emission: Option<Map>,
+    roughness: Option<ChannelMap>,
+    metallic: Option<ChannelMap>,
 }
 
 impl NamedMaps {
@@ -192,11 +205,15 @@ impl NamedMaps {
             // With alpha in the picture of the colours, it is the same picture.
             opacity: want("texture:opacity", Use::Data),
             bumps: want("texture:normals", Use::Bumps).or_else(|| want("texture:bumps", Use::Bumps)),
+            specular: want("texture:specular", Use::Color),
+            emission: want("texture:emission", Use::Color),
+            roughness: want("texture:roughness", Use::Data),
+            metallic: want("texture:metallic", Use::Data),
         }
     }
 
     /// With the textures that could be decoded. What is opaque in part by its picture of colours alone has that as opacity.
-    fn maps(&self, decoded: &Decoded) -> Maps {
+    fn maps(&self, decoded: &Decoded) -> FoundMaps {
         let map = |wanted: &Option<(usize, MapStatement)>| {
             let (number, statement) = wanted.as_ref()?;
             let texture = decoded.get(*number)?.as_ref().ok()?.clone();
@@ -213,20 +230,36 @@ impl NamedMaps {
         let holes = color.clone().filter(|map| map.texture.has_alpha());
         let holes = holes.map(|map| OpacityMap { map, channel: 3, factor: 1.0, cutoff: None });
         let scale = self.bumps.as_ref().map_or(1.0, |(_, statement)| statement.bump);
-        Maps { color, normal: map(&self.bumps).map(|map| NormalMap { map, scale }), opacity: opacity.or(holes) }
+        let normal = map(&self.bumps).map(|map| NormalMap { map, scale });
+        let grey = |wanted| map(wanted).map(|map| ChannelMap { map, channel: 0 });
+        FoundMaps {
+            maps: Maps { color, normal, opacity: opacity.or(holes) },
+            specular: map(&self.specular),
+            emission: map(&self.emission),
+            roughness: grey(&self.roughness),
+            metallic: grey(&self.metallic),
+        }
     }
 }
 
 /// What a material of an MTL file looks like.
-fn describe(Parsed { material, blender, .. }: &Parsed, maps: Maps) -> NamedMaterial {
+fn describe(Parsed { material, blender, .. }: &Parsed, found: FoundMaps) -> NamedMaterial {
+    let FoundMaps { maps, specular: specular_map, emission: emission_map, roughness, metallic } = found;
     let colour = |c: Option<[f32; 3]>, default: f32| Vec3::from(c.unwrap_or([default; 3])).clamp(Vec3::ZERO, Vec3::ONE);
     let mut diffuse = colour(material.diffuse, 0.7);
     // A texture is multiplied by the colour. Of Blender's materials it takes its place, and black would leave nothing of it.
-    if maps.color.is_some() && (*blender || diffuse == Vec3::ZERO) {
+    let instead = |color: Vec3| *blender || color == Vec3::ZERO;
+    if maps.color.is_some() && instead(diffuse) {
         diffuse = Vec3::ONE;
     }
-    let specular = colour(material.specular, 0.0);
-    let emission = Vec3::from(material.emissive.unwrap_or_default()).max(Vec3::ZERO);
+    let mut specular = colour(material.specular, 0.0);
+    if specular_map.is_some() && instead(specular) {
+        specular = Vec3::ONE;
+    }
+    let mut emission = Vec3::from(material.emissive.unwrap_or_default()).max(Vec3::ZERO);
+    if emission_map.is_some() && instead(emission) {
+        emission = Vec3::ONE;
+    }
     let transparency = (1.0 - material.dissolve.unwrap_or(1.0)).clamp(0.0, 1.0);
     let refractive_index = material.optical_density.unwrap_or(1.5).clamp(1.0, 10.0);
     // Models 3 to 9 mirror. Of glass, only what Fresnel's equations say: its Ks means the highlight.
@@ -237,7 +270,29 @@ fn describe(Parsed { material, blender, .. }: &Parsed, maps: Maps) -> NamedMater
         (true, false) => specular.max_element(),
     };
     let plain = specular == Vec3::ZERO || material.illumination_model.is_some_and(|model| model < 2);
-    let described: Arc<dyn Material> = if emission != Vec3::ZERO {
+    // Physically based numbers, as exporters have added them; of light that is not the same all over, only such a material knows.
+    let parameter = |name: &str| material.unknown_param.get(name).and_then(|value| value.parse::<f32>().ok());
+    let (pr, pm) = (parameter("roughness"), parameter("metallic"));
+    let physical = pr.is_some() || pm.is_some() || roughness.is_some() || metallic.is_some() || emission_map.is_some();
+    let described: Arc<dyn Material> = if physical {
+        // A texture takes the place of its number.
+        let of = |map: &Option<ChannelMap>, number: Option<f32>, usual: f32| {
+            if map.is_some() { 1.0 } else { number.unwrap_or(usual).clamp(0.0, 1.0) }
+        };
+        let plain = if specular == Vec3::ZERO { 1.0 } else { 0.5 };
+        Arc::new(Principled {
+            base_color: diffuse,
+            metallic: of(&metallic, pm, 0.0),
+            roughness: of(&roughness, pr, plain),
+            emission,
+            opacity: 1.0 - transparency,
+            ior: refractive_index,
+            maps,
+            metallic_map: metallic,
+            roughness_map: roughness,
+            emission_map,
+        })
+    } else if emission != Vec3::ZERO {
         Arc::new(Flat { color: emission, maps })
     } else if plain && transparency == 0.0 && reflection == 0.0 {
         Arc::new(Lambertian { diffuse, maps })
@@ -250,6 +305,7 @@ fn describe(Parsed { material, blender, .. }: &Parsed, maps: Maps) -> NamedMater
             transparency,
             refractive_index,
             maps,
+            specular_map,
         })
     };
     NamedMaterial { name: material.name.clone(), material: described }

@@ -10,8 +10,12 @@ use super::text::{self, quoted};
 const MOST_MATERIALS: u64 = 1 << 16;
 
 /// Textures that are used: their keywords, in lower case, and what the parser is told, which hands on what it does not know.
-pub(super) const TEXTURES: [(&[&str], &str); 4] = [
+pub(super) const TEXTURES: [(&[&str], &str); 8] = [
     (&["map_kd"], "texture:color"),
+    (&["map_ks"], "texture:specular"),
+    (&["map_ke"], "texture:emission"),
+    (&["map_pr"], "texture:roughness"),
+    (&["map_pm"], "texture:metallic"),
     (&["map_d", "map_tr", "map_opacity"], "texture:opacity"),
     (&["map_bump", "bump"], "texture:bumps"),
     (&["norm", "map_kn", "map_norm"], "texture:normals"),
@@ -112,6 +116,9 @@ impl MtlCheck {
             },
             "ns" => format!("Ns {}", number(keyword, words.next())?),
             "ni" => format!("Ni {}", number(keyword, words.next())?),
+            // Numbers that the parser does not know: it hands them on.
+            "pr" => format!("roughness {}", number(keyword, words.next())?),
+            "pm" => format!("metallic {}", number(keyword, words.next())?),
             // `d -halo 0.5` is dissolve that depends on the angle; `Tr` is one minus dissolve.
             "d" => {
                 self.dissolve = true;

@@ -9,7 +9,7 @@ use crate::packet::{Column, Columns3, SubPacket, add_vec3, set_vec3, vec3};
 use crate::scratch::lend;
 use crate::shading::trace;
 use crate::stack::{Context, Lit, Material};
-use crate::texture::Maps;
+use crate::texture::{Map, Maps};
 
 /// Scatters, shines, mirrors, and lets through. Of all light that is not mirrored, a fraction comes from behind, unbent
 /// (thin glass), and the rest from the surface itself.
@@ -32,6 +32,8 @@ pub struct Phong {
     pub refractive_index: f32,
     /// Its textures; that of colours counts for `diffuse`.
     pub maps: Maps,
+    /// Colours by which `specular` is multiplied (`map_Ks`).
+    pub specular_map: Option<Map>,
 }
 
 impl Default for Phong {
@@ -44,6 +46,7 @@ impl Default for Phong {
             transparency: 0.0,
             refractive_index: 1.5,
             maps: Maps::default(),
+            specular_map: None,
         }
     }
 }
@@ -72,6 +75,7 @@ impl Phong {
             refractive_index: self.refractive_index,
             // To share textures takes time, and nobody asks for them here.
             maps: Maps::default(),
+            specular_map: None,
         }
     }
 }
@@ -96,6 +100,12 @@ impl Material for Phong {
                     }
                 }
             }
+        }
+        if let Some(map) = self.specular_map.as_ref().filter(|_| sound.specular != Vec3::ZERO) {
+            hits.sample(map, |i, texel| {
+                let shown = vec3(shine, i) * texel.truncate();
+                set_vec3(shine, i, shown);
+            });
         }
         // `light` becomes the colour: first of the surface itself.
         diffuse(hits, sound.diffuse, &self.maps, light);

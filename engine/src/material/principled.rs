@@ -14,7 +14,7 @@ use crate::math::normalize;
 use crate::packet::{Column, Columns3, SubPacket, columns3, set_vec3, vec3};
 use crate::scratch::{ForWidth, lend};
 use crate::stack::{Context, Lit, Material};
-use crate::texture::{Map, Maps};
+use crate::texture::{ChannelMap, Map, Maps};
 
 /// What most things are made of. Colours are linear RGB; numbers out of range count as the nearest that is within, NaN as 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +33,10 @@ pub struct Principled {
     pub ior: f32,
     /// Its textures; that of colours counts for `base_color`.
     pub maps: Maps,
-    /// Roughness in green, and whether it is a metal in blue, by which the numbers are multiplied.
-    pub metallic_roughness: Option<Map>,
+    /// By which `metallic` is multiplied.
+    pub metallic_map: Option<ChannelMap>,
+    /// By which `roughness` is multiplied.
+    pub roughness_map: Option<ChannelMap>,
     /// Colours by which the emission is multiplied.
     pub emission_map: Option<Map>,
 }
@@ -50,7 +52,8 @@ impl Default for Principled {
             opacity: 1.0,
             ior: 1.5,
             maps: Maps::default(),
-            metallic_roughness: None,
+            metallic_map: None,
+            roughness_map: None,
             emission_map: None,
         }
     }
@@ -83,6 +86,12 @@ pub(super) fn unit(x: f32) -> f32 {
 }
 
 impl Principled {
+    /// With roughness in green and whether it is a metal in blue, as glTF has them.
+    pub fn with_metallic_roughness(self, map: Option<Map>) -> Self {
+        let channel = |channel| map.clone().map(|map| ChannelMap { map, channel });
+        Self { roughness_map: channel(1), metallic_map: channel(2), ..self }
+    }
+
     /// Fills the parameters of hits with the surface's own.
     fn fill(&self, hits: &mut SubPacket<'_>, to: &mut Parameters) {
         let count = hits.len();
@@ -102,11 +111,19 @@ impl Principled {
         if let Some(map) = &self.emission_map {
             multiply(hits, map, &mut to.emission);
         }
-        if let Some(map) = &self.metallic_roughness {
-            hits.sample(map, |i, texel| {
-                to.roughness[i] *= texel.y;
-                to.metallic[i] *= texel.z;
-            });
+        match (&self.roughness_map, &self.metallic_map) {
+            // The same texture, as glTF has it: looked up once.
+            (Some(rough), Some(metallic)) if rough.map == metallic.map => hits.sample(&rough.map, |i, texel| {
+                to.roughness[i] *= texel[rough.channel];
+                to.metallic[i] *= texel[metallic.channel];
+            }),
+            (rough, metallic) => {
+                for (of, column) in [(rough, &mut to.roughness), (metallic, &mut to.metallic)] {
+                    if let Some(of) = of {
+                        hits.sample(&of.map, |i, texel| column[i] *= texel[of.channel]);
+                    }
+                }
+            }
         }
     }
 }

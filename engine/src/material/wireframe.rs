@@ -18,6 +18,19 @@ pub enum LineWidth {
     Units(f32),
     /// As a part of what fits into each triangle: of the diameter of its inscribed circle. At 1 there is nothing but line.
     Relative(f32),
+    /// In pixels, wherever they are.
+    Pixels(f32),
+}
+
+impl LineWidth {
+    /// Half the width of lines at a hit of some hits, whose triangle has an inscribed circle of such a radius.
+    fn half(self, hits: &SubPacket<'_>, i: usize, inscribed: f32) -> f32 {
+        match self {
+            Self::Units(width) => 0.5 * width,
+            Self::Relative(part) => part * inscribed,
+            Self::Pixels(width) => 0.5 * width * hits.pixel_width(i),
+        }
+    }
 }
 
 /// Draws the edges of triangles. Geometry without edges has the colour of the surface.
@@ -47,10 +60,7 @@ impl Material for Wireframe {
         let count = hits.len();
         if hits.edges([&mut distance[..count], &mut inscribed[..count]]) {
             for i in 0..count {
-                let half = match self.width {
-                    LineWidth::Units(width) => 0.5 * width,
-                    LineWidth::Relative(part) => part * inscribed[i],
-                };
+                let half = self.width.half(hits, i, inscribed[i]);
                 let color = if distance[i] < half { line } else { color };
                 let scattered = vec3(light, i) * color;
                 set_vec3(light, i, scattered);
@@ -76,6 +86,7 @@ impl Material for Wireframe {
         let width = match width {
             LineWidth::Units(width) => format!("{width} wide"),
             LineWidth::Relative(part) => format!("{part} of triangles wide"),
+            LineWidth::Pixels(width) => format!("{width} pixels wide"),
         };
         format!("lines ({x:.2}, {y:.2}, {z:.2}), {width}, on ({:.2}, {:.2}, {:.2})", b.x, b.y, b.z)
     }

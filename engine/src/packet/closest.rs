@@ -45,6 +45,8 @@ pub struct Packet {
     pub cone_widths: Column<f32>,
     /// By how much the cones become wider, for each unit of length.
     pub cone_spread: f32,
+    /// How wide the cones are as a part of their pixel's: where pixels have several samples, each stands for a part.
+    pub cone_part: f32,
     /// What of the light from behind the hits arrives where the rays start, and whether this is known.
     through: Column<f32>,
     has_through: bool,
@@ -97,6 +99,7 @@ impl Packet {
             samples: [Column::new(width), Column::new(width)],
             cone_widths: Column::new(width),
             cone_spread: 0.0,
+            cone_part: 1.0,
             through: Column::new(width),
             has_through: false,
             color: columns3(width),
@@ -135,10 +138,12 @@ impl Packet {
         self.has_through = false;
         self.cone_widths[..count].fill(0.0);
         self.cone_spread = 0.0;
+        self.cone_part = 1.0;
     }
 
-    /// Makes the cones of the active rays narrower or wider.
+    /// Makes the cones of the active rays, which stood for whole pixels, a part of that wide.
     pub fn scale_cones(&mut self, by: f32) {
+        self.cone_part = by;
         let count = self.len();
         self.cone_widths[..count].iter_mut().for_each(|width| *width *= by);
         self.cone_spread *= by;

@@ -245,6 +245,17 @@ impl<'a> SubPacket<'a> {
         self.packet.cone_spread
     }
 
+    /// How wide they are as a part of the pixel's.
+    pub fn cone_part(&self) -> f32 {
+        self.packet.cone_part
+    }
+
+    /// How wide a pixel is at the hits, for directions of unit length, by row.
+    #[inline(always)]
+    pub fn pixel_width(&self, i: usize) -> f32 {
+        self.cone_width(i) / self.packet.cone_part
+    }
+
     /// Texture coordinates at the hits, and the areas, in texture coordinates, that the cones around the rays cover of the surface.
     pub fn texture_footprints(&mut self) -> ([&[f32]; 3], &[f32]) {
         self.texture_coordinates();

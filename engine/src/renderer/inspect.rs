@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use crate::material::NormalColor;
-use crate::math::{hash, unit};
-use crate::packet::{Columns3, Packet, SubPacket, set_vec3};
+use crate::math::{hash, normalize, unit};
+use crate::packet::{Column, Columns3, Packet, SubPacket, set_vec3, vec3};
 use crate::scratch::lend;
 use crate::stack::{Context, Renderer};
 
@@ -21,6 +21,8 @@ pub enum Quantity {
     Albedo,
     /// A colour for each primitive.
     Primitive,
+    /// The edges of triangles, over a grey that is brighter the more a surface faces the eye.
+    Edges,
 }
 
 /// Shows one quantity of what primary rays hit; black where nothing is.
@@ -44,6 +46,22 @@ impl Renderer for Inspect {
     }
 }
 
+/// Lines are so many pixels wide, and at most such a part of the radius of a triangle's inscribed circle, so that fine meshes are not black.
+const LINE: f32 = 1.4;
+const MOST_LINE: f32 = 0.3;
+
+fn show_edges(context: &Context<'_>, hits: &mut SubPacket<'_>, colors: &mut Columns3) {
+    let [distance, inscribed]: [&mut Column<f32>; 2] = [&mut lend(context.width), &mut lend(context.width)];
+    let count = hits.len();
+    let edges = hits.edges([&mut distance[..count], &mut inscribed[..count]]);
+    hits.forward_normals();
+    for i in 0..count {
+        let facing = -normalize(vec3(&hits.directions(), i)).dot(vec3(&hits.forward_normals(), i));
+        let on_line = edges && distance[i] < (0.5 * LINE * hits.pixel_width(i)).min(MOST_LINE * inscribed[i]);
+        set_vec3(colors, i, Vec3::splat(if on_line { 0.02 } else { 0.1 + 0.6 * facing }));
+    }
+}
+
 impl Inspect {
     fn show(&self, context: &Context<'_>, [geometry, material]: [u32; 2], hits: &mut SubPacket<'_>) {
         let scene = context.scene;
@@ -62,6 +80,7 @@ impl Inspect {
                     to.iter_mut().zip(from).for_each(|(to, from)| *to = from - from.floor());
                 }
             }
+            Quantity::Edges => show_edges(context, hits, colors),
             Quantity::Albedo => scene.materials.get(material).albedo(hits, colors),
             Quantity::Primitive => {
                 for (i, &primitive) in hits.primitives().iter().enumerate() {

@@ -21,6 +21,8 @@ choice! {
         Uv = "uv" => Inspect(Quantity::TextureCoordinates),
         /// The colours of surfaces, unlit.
         Albedo = "albedo" => Inspect(Quantity::Albedo),
+        /// The edges of triangles, over greys.
+        Wireframe = "wireframe" => Inspect(Quantity::Edges),
         /// A colour for each primitive.
         Id = "id" => Inspect(Quantity::Primitive),
     }

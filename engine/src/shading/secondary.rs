@@ -60,7 +60,7 @@ pub fn trace_weighted(
     for (to, from) in packet.samples.iter_mut().zip(hits.samples()) {
         to.iter_mut().zip(rows).for_each(|(to, &i)| *to = from[usize::from(i)]);
     }
-    packet.cone_spread = hits.cone_spread();
+    (packet.cone_spread, packet.cone_part) = (hits.cone_spread(), hits.cone_part());
     rows.iter().enumerate().for_each(|(k, &i)| packet.cone_widths[k] = hits.cone_width(usize::from(i)));
     packet.rays_mut().promise(Properties::NORMALIZED_DIRECTIONS);
     context.renderer.trace(context, packet);

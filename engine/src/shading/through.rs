@@ -68,7 +68,7 @@ impl Layer {
         new.directions_mut().into_iter().zip(old.directions()).for_each(|(to, column)| gather(to, column));
         gather(new.t_min_mut(), old.t_max());
         new.promise(old.properties() & (Properties::COMMON_ORIGIN | Properties::NORMALIZED_DIRECTIONS));
-        packet.cone_spread = before.cone_spread;
+        (packet.cone_spread, packet.cone_part) = (before.cone_spread, before.cone_part);
         gather(&mut packet.cone_widths[..count], &before.cone_widths);
         packet.image.iter_mut().zip(&before.image).for_each(|(to, column)| gather(&mut to[..count], column));
         for (to, column) in packet.samples.iter_mut().zip(&before.samples) {

@@ -50,6 +50,15 @@ impl NormalMap {
     }
 }
 
+/// One number of each texel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelMap {
+    /// The texels.
+    pub map: Map,
+    /// Which number of a texel counts, from red (0) to alpha (3).
+    pub channel: usize,
+}
+
 /// How much of the light a surface stops, as a texture says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpacityMap {

@@ -13,6 +13,6 @@ mod picture;
 mod pyramid;
 
 pub use map::Map;
-pub use maps::{Maps, NormalMap, OpacityMap};
+pub use maps::{ChannelMap, Maps, NormalMap, OpacityMap};
 pub use picture::{Picture, Texels};
 pub use pyramid::{Encoding, Texture, Wrap};

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use glam::Vec4;
 use image::{ImageFormat, Rgba, RgbaImage};
 use mobula::image::Size;
-use mobula::material::Principled;
+use mobula::material::{Phong, Principled};
 use mobula::texture::{Maps, Wrap};
 
 use super::Folder;
@@ -80,13 +80,46 @@ fn textures_that_cannot_be_used_are_told() {
         ("map_Kd ../../outside.png", "is not there"),
         ("map_Kd broken.png", "broken.png: the picture is broken"),
         ("map_Kd text.png", "text.png: the picture is broken"),
-        ("map_Ks x.png\nrefl y.png", "2 texture maps of other kinds than Mobula knows are left out"),
+        ("map_Ka x.png\nrefl y.png", "2 texture maps of other kinds than Mobula knows are left out"),
     ] {
         let (maps, warnings) = maps(&folder, &format!("newmtl it\n{mtl}\n"));
         assert_eq!(maps, Maps::default());
         assert!(warnings.len() == 1 && warnings[0].contains(warning), "{mtl}: {warnings:?}");
     }
     let _ = std::fs::remove_file(folder.0.join("../outside.png"));
+}
+
+#[test]
+fn textures_that_lie_nowhere_are_told() {
+    let folder = Folder::new("lost-textures");
+    folder.write("a.png", halves(RED, GREEN));
+    folder.write("test.mtl", "newmtl it\nmap_Kd a.png\n");
+    let warning = folder.obj(SHEET.replace("1/1 2/2", "1 2").replace("3/3 4/4", "3 4")).unwrap().report.warnings;
+    assert!(warning.len() == 1 && warning[0].contains("2 triangles have no texture coordinates"), "{warning:?}");
+    assert_eq!(folder.obj(SHEET).unwrap().report.warnings, [""; 0]);
+}
+
+#[test]
+fn gloss_light_and_metal_have_textures() {
+    let folder = Folder::new("more-textures");
+    folder.write("a.png", halves(RED, GREEN));
+    folder.write("b.png", halves([0, 0, 0, 255], [255, 255, 255, 255]));
+    folder.write("test.mtl", "newmtl it\nKd 1 1 1\nKs 0 0 0\nmap_Ks a.png\n");
+    let loaded = folder.obj(SHEET).unwrap();
+    let phong: &Phong = loaded.scene.materials[0].material.downcast_ref().unwrap();
+    assert_eq!(phong.specular, glam::Vec3::ONE, "nothing would be left of the texture");
+    assert_eq!(phong.specular_map.as_ref().unwrap().sample([0.75, 0.5], 0.0).y, 1.0);
+    folder.write("test.mtl", "newmtl it\nKd 1 1 1\nmap_Ke a.png\nPr 0.3\nmap_Pm b.png\nPm 0\n");
+    let loaded = folder.obj(SHEET).unwrap();
+    assert_eq!(loaded.report.warnings, [""; 0]);
+    let principled: &Principled = loaded.scene.materials[0].material.downcast_ref().unwrap();
+    assert_eq!((principled.roughness, principled.metallic, principled.emission), (0.3, 1.0, glam::Vec3::ONE));
+    assert!(principled.roughness_map.is_none());
+    let metallic = principled.metallic_map.as_ref().unwrap();
+    assert_eq!([0.25, 0.75].map(|u| metallic.map.sample([u, 0.5], 0.0)[metallic.channel]), [0.0, 1.0]);
+    // Light of its own is the texture's.
+    let row = seen(&folder, "newmtl it\nKd 0 0 0\nPr 1\nNi 1\nmap_Ke a.png\n");
+    assert!(row[4][0] == 255 && row[4][1] < 30 && row[11][1] == 255 && row[11][0] < 30, "{row:?}");
 }
 
 /// What the camera sees of the sheet from above, in a row of pixels; behind it is white.
@@ -135,7 +168,8 @@ fn scene_files_have_textures() {
     let color = material.maps.color.as_ref().unwrap();
     assert_eq!((color.turn, color.offset, color.wrap), ([[2.0, 0.0], [0.0, 3.0]], [0.5, 0.0], [Wrap::Clamp; 2]));
     assert_eq!(material.base_color, glam::Vec3::ONE, "nothing else is said");
-    assert_eq!(material.metallic_roughness.as_ref().unwrap().sample([0.25, 0.5], 0.0).z, 1.0);
+    let metallic = material.metallic_map.as_ref().unwrap();
+    assert_eq!((metallic.channel, metallic.map.sample([0.25, 0.5], 0.0).z), (2, 1.0));
     for kind in ["lambertian", "flat", "phong"] {
         let loaded = scene(&format!("kind = \"{kind}\", color = 0.5, texture = \"color.png\"")).unwrap();
         assert!(loaded.scene.materials[0].material.maps().color.is_some(), "{kind}");

@@ -40,6 +40,8 @@ pub(super) struct Engine {
     pub(super) volumes: VolumeControls,
     pub(super) particles: ParticleControls,
     antialiased: SamplerKind,
+    /// What to go back to from the edges of triangles.
+    surfaces: RendererKind,
     /// How far ambient occlusion looks, when it is on.
     reach: f32,
     /// Tells which of several this is.
@@ -108,6 +110,7 @@ impl Engine {
             volumes,
             particles,
             antialiased,
+            surfaces: RendererKind::Raytracer,
             reach: chosen.occlusion.unwrap_or(f32::INFINITY),
             number,
             thread,
@@ -202,6 +205,14 @@ impl Engine {
                 let all = RendererKind::ALL;
                 let place = all.iter().position(|kind| *kind == self.chosen.renderer).unwrap_or(0);
                 self.choose("renderer", move |chosen| chosen.renderer = all[(place + 1) % all.len()]);
+            }
+            Action::Wireframe => {
+                let shown = self.chosen.renderer;
+                let next = if shown == RendererKind::Wireframe { self.surfaces } else { RendererKind::Wireframe };
+                if shown != RendererKind::Wireframe {
+                    self.surfaces = shown;
+                }
+                self.choose("renderer", move |chosen| chosen.renderer = next);
             }
             Action::MoreThreads => self.set_threads(self.threads + 1),
             Action::FewerThreads => self.set_threads(self.threads - 1),

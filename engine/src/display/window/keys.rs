@@ -16,6 +16,8 @@ pub(super) enum Action {
     Exposure(i8),
     Antialiasing,
     Renderer,
+    /// Edges of triangles, or what was shown before.
+    Wireframe,
     MoreThreads,
     FewerThreads,
     /// Iso values, by so many steps.
@@ -124,6 +126,7 @@ pub(super) const GROUPS: &[(&str, &[Row])] = &[
         "Picture",
         &[
             row("r", "next renderer", &[(Types("r"), Action::Renderer)]),
+            row("w", "edges of triangles on, off", &[(Types("w"), Action::Wireframe)]),
             row("s", "shadows on, off", &[(Types("s"), Action::Shadows)]),
             row("o", "ambient occlusion on, off", &[(Types("o"), Action::Occlusion)]),
             row("a", "antialiasing on, off", &[(Types("a"), Action::Antialiasing)]),

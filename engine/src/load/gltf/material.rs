@@ -124,12 +124,12 @@ fn describe(material: &gltf::Material<'_>, textures: &Textures) -> NamedMaterial
     let mut principled = Principled {
         metallic: metallic.metallic_factor(),
         roughness: metallic.roughness_factor(),
-        metallic_roughness: textures.of(metallic.metallic_roughness_texture(), Use::Data),
         emission: Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0),
         emission_map: textures.of(material.emissive_texture(), Use::Color),
         ior: material.ior().unwrap_or(1.5),
         ..Principled::default()
-    };
+    }
+    .with_metallic_roughness(textures.of(metallic.metallic_roughness_texture(), Use::Data));
     if let Some(glossy) = material.pbr_specular_glossiness() {
         // What mirrors more than any dielectric is a metal.
         let specular = Vec3::from(glossy.specular_factor());

@@ -13,6 +13,7 @@ use super::values::{
     Single, Turn, Whole,
 };
 use crate::camera::CameraKind;
+use crate::load::is_picture;
 use crate::material::Pattern;
 use crate::renderer::RendererKind;
 use crate::sampler::SamplerKind;
@@ -36,7 +37,7 @@ pub(super) struct Head {
     pub(super) tone: Option<Named<Curve>>,
     pub(super) exposure: Option<Exposure>,
     pub(super) smooth: Option<Turn>,
-    pub(super) background: Option<Background>,
+    pub(super) background: Option<Spanned<Background>>,
     pub(super) ambient: Option<Spanned<Ambient>>,
     pub(super) fog: Option<Fog>,
     pub(super) ground: Option<Ground>,
@@ -275,6 +276,7 @@ pub(super) struct Phong {
     pub(super) texture: Option<IgnoredAny>,
     pub(super) normal_map: Option<IgnoredAny>,
     pub(super) opacity_map: Option<IgnoredAny>,
+    pub(super) specular_map: Option<IgnoredAny>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -339,6 +341,7 @@ pub(super) struct Wireframe {
     pub(super) color: Option<Paint>,
     pub(super) width: Option<Positive>,
     pub(super) relative_width: Option<Part>,
+    pub(super) pixels: Option<Positive>,
 }
 
 /// Materials without parameters.
@@ -439,9 +442,9 @@ macro_rules! seq_or_map {
 }
 
 either! {
-    Background = "sky, daylight, black, white, a colour, or a table with zenith, horizon and nadir, or with file" {
+    Background = "sky, daylight, black, white, a colour, a picture (hdr, exr, png, jpg, tga), or a table with zenith, horizon and nadir, or with file" {
         fn visit_str<E: Error>(self, words: &str) -> Result<Background, E> {
-            let known = crate::background::parse(words).is_some();
+            let known = crate::background::parse(words).is_some() || is_picture(words.as_ref());
             let wrong = || E::invalid_value(Unexpected::Str(words), &self);
             known.then(|| Background::Words(words.to_owned())).ok_or_else(wrong)
         }

@@ -158,7 +158,7 @@ impl Definitions {
                 let emission_map = textures::take(text, &mut value, "emission_map", Use::Color)?;
                 let Principled { color, metallic, roughness, emission, opacity, ior, .. } = text.read(value)?;
                 let usual = material::Principled::default();
-                Arc::new(material::Principled {
+                let described = material::Principled {
                     base_color: paint(color, usual.base_color.max(white(&maps)))?,
                     metallic: metallic.map_or(usual.metallic, |x| x.0 as f32),
                     roughness: roughness.map_or(usual.roughness, |x| x.0 as f32),
@@ -167,9 +167,10 @@ impl Definitions {
                     opacity: opacity.map_or(usual.opacity, |x| x.0 as f32),
                     ior: ior.map_or(usual.ior, |x| x.0 as f32),
                     maps,
-                    metallic_roughness,
                     emission_map,
-                })
+                    ..usual
+                };
+                Arc::new(described.with_metallic_roughness(metallic_roughness))
             }
             MaterialKind::Metal => {
                 let Rough { color, roughness } = text.read(value)?;
@@ -215,14 +216,19 @@ impl Definitions {
             }
             MaterialKind::Wireframe => {
                 let span = value.span();
-                let Wireframe { line, color, width, relative_width } = text.read(value)?;
+                let Wireframe { line, color, width, relative_width, pixels } = text.read(value)?;
                 let usual = material::Wireframe::default();
-                if width.is_some() && relative_width.is_some() {
-                    let problem = "there are two widths of lines";
-                    return Err(text.error(span, problem, "leave out width or relative_width"));
+                let widths = [
+                    width.map(|x| LineWidth::Units(x.0 as f32)),
+                    relative_width.map(|x| LineWidth::Relative(x.0 as f32)),
+                    pixels.map(|x| LineWidth::Pixels(x.0 as f32)),
+                ];
+                let mut given = widths.into_iter().flatten();
+                let width = given.next();
+                if given.next().is_some() {
+                    let problem = "there are several widths of lines";
+                    return Err(text.error(span, problem, "keep one of width, relative_width and pixels"));
                 }
-                let width = width.map(|x| LineWidth::Units(x.0 as f32));
-                let width = width.or(relative_width.map(|x| LineWidth::Relative(x.0 as f32)));
                 Arc::new(material::Wireframe {
                     line: line.map_or(usual.line, |color| color.0),
                     color: paint(color, usual.color)?,
@@ -234,17 +240,20 @@ impl Definitions {
                 Arc::new(material::NormalColor)
             }
             MaterialKind::Phong => {
+                let specular_map = textures::take(text, &mut value, "specular_map", Use::Color)?;
                 let Phong { color, specular, shininess, reflection, transparency, refractive_index, .. } =
                     text.read(value)?;
                 let usual = material::Phong::default();
                 Arc::new(material::Phong {
                     diffuse: paint(color, usual.diffuse.max(white(&maps)))?,
-                    specular: specular.map_or(usual.specular, |color| color.0),
+                    specular: specular
+                        .map_or(if specular_map.is_some() { Vec3::ONE } else { usual.specular }, |color| color.0),
                     shininess: shininess.map_or(usual.shininess, |x| x.0 as f32),
                     reflection: reflection.map_or(usual.reflection, |x| x.0 as f32),
                     transparency: transparency.map_or(usual.transparency, |x| x.0 as f32),
                     refractive_index: refractive_index.map_or(usual.refractive_index, |x| x.0 as f32),
                     maps,
+                    specular_map,
                 })
             }
         };

@@ -15,7 +15,7 @@ use crate::camera::CameraKind;
 use crate::image::Size;
 use crate::light::Hemisphere;
 use crate::load::place::Place;
-use crate::load::{self, LoadError};
+use crate::load::{self, LoadError, is_picture};
 use crate::medium::Fog;
 use crate::scene::{Ground, SceneDescription, Time};
 use crate::view::{Up, View};
@@ -40,12 +40,16 @@ pub(super) fn add(
             scene.ambient = Arc::new(Hemisphere { above: above.0, below: below.0 });
         }
     }
-    let background: Option<Arc<dyn Background>> = match &head.background {
+    let background: Option<Arc<dyn Background>> = match head.background.as_ref().map(Spanned::get_ref) {
         Some(keys::Background::Picture(keys::Panorama { file, rotate, strength })) => {
             let [rotate, strength] = [rotate.map_or(0.0, |x| x.0), strength.map_or(1.0, |x| x.0)].map(|x| x as f32);
             Some(Arc::new(load::environment(&picture(text, file)?, rotate, strength)?))
         }
         None => None,
+        Some(keys::Background::Words(words)) if is_picture(words.as_ref()) => {
+            let span = head.background.as_ref().map_or(0..0, Spanned::span);
+            Some(Arc::new(load::environment(&picture(text, &Spanned::new(span, words.clone()))?, 0.0, 1.0)?))
+        }
         Some(keys::Background::Words(words)) => background::parse(words),
         Some(keys::Background::Plain(color)) => Some(Arc::new(Constant { color: color.0 })),
         Some(keys::Background::Sky(keys::Sky { zenith, horizon, nadir })) => {
