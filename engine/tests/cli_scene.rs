@@ -231,7 +231,7 @@ fn what_is_wrong_with_a_scene_is_told_where_it_is() {
         ("camera = { fov = 200 }\n", "a.toml:2:10: this camera has a field of view of at most 170"),
         (
             "[materials]\na = { kind = \"wireframe\", width = 1, relative_width = 0.1 }\n",
-            "a.toml:3:5: there are two widths of lines",
+            "a.toml:3:5: there are several widths of lines",
         ),
         (
             "[materials]\na = { kind = \"principled\", roughness = 2 }\n",

@@ -10,6 +10,8 @@ mod odd;
 mod packed;
 #[path = "load_obj/smooth.rs"]
 mod smooth;
+#[path = "load_obj/steps.rs"]
+mod steps;
 #[path = "load_obj/stl.rs"]
 mod stl;
 #[path = "load_obj/textures.rs"]

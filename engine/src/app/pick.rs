@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::State;
-use crate::geometry::{IsoSurfaces, Mesh, Particles, Spheres};
+use crate::geometry::{IsoSurfaces, Mesh, MeshSequence, Particles, Spheres};
 use crate::image::Size;
 use crate::packet::Packet;
 use crate::stack::{Context, Statistics};
@@ -51,7 +51,7 @@ impl State {
         let ray = |columns: [&[f32]; 3]| Vec3::from(columns.map(|column| column[0]));
         let (origin, direction, t) = (ray(rays.origins()), ray(rays.directions()), rays.t_max()[0]);
         let hit = stack.scene.geometry.get(geometry);
-        let kind = if hit.downcast_ref::<Mesh>().is_some() {
+        let kind = if hit.downcast_ref::<Mesh>().is_some() || hit.downcast_ref::<MeshSequence>().is_some() {
             "triangle"
         } else if hit.downcast_ref::<Spheres>().is_some() {
             "sphere"

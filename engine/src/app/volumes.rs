@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::State;
-use crate::geometry::{Geometry, IsoSurfaces, Particles};
+use crate::geometry::{Geometry, IsoSurfaces, MeshSequence, Particles};
 use crate::medium::{Between, Volume};
 use crate::volume::TransferFunction;
 
@@ -16,7 +16,7 @@ pub struct Volumes {
     pub window: Option<([f64; 2], [f64; 2])>,
     /// The step of time, from 0.
     pub step: usize,
-    /// The steps of that volume, or those particles, that have most of them; 0 if there are none.
+    /// The steps of that volume, mesh, or those particles, that have most of them; 0 if there are none.
     pub steps: usize,
 }
 
@@ -31,8 +31,12 @@ impl State {
         let series = surfaces().map(|one| &one.series).chain(media().map(Volume::series));
         let particles = || scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<Particles>());
         let steps = series.map(|series| (series.steps(), series.step()));
-        let (steps, step) =
-            steps.chain(particles().map(|one| (one.series().len(), one.step()))).max().unwrap_or_default();
+        let meshes = scene.geometry.list().iter().filter_map(|one| one.downcast_ref::<MeshSequence>());
+        let (steps, step) = steps
+            .chain(particles().map(|one| (one.series().len(), one.step())))
+            .chain(meshes.map(|one| (one.steps().len(), one.step())))
+            .max()
+            .unwrap_or_default();
         Volumes {
             iso: iso.map(|first| (first.values.clone(), first.series.range())),
             window: window.map(|first| (first.window(), first.series().range())),
@@ -63,13 +67,15 @@ impl State {
         });
     }
 
-    /// Shows all volumes and particles at a step of time; behind the last comes the first. Nothing has to be built. Particles whose step
-    /// is not in memory stay as they are: see [`Streamer`](super::Streamer).
+    /// Shows all volumes, particles and meshes at a step of time; behind the last comes the first. Structures over meshes that change with
+    /// time are refitted, for all else nothing has to be built. Particles whose step is not in memory stay as they are: see
+    /// [`Streamer`](super::Streamer).
     pub fn set_step(&mut self, step: usize) {
         self.change_geometry(|surfaces: &IsoSurfaces| {
             Some(IsoSurfaces { series: surfaces.series.at(step), ..surfaces.clone() })
         });
         self.change_geometry(|particles: &Particles| particles.at(step));
+        self.change_geometry(|meshes: &MeshSequence| Some(meshes.at(step)));
         self.change_media(|volume| volume.at(step));
     }
 
@@ -90,7 +96,7 @@ impl State {
             None => Arc::clone(one),
         };
         let list = geometry.list().iter().map(changed).collect();
-        let refitted = geometry.refit(list);
+        let refitted = geometry.follow(list);
         debug_assert!(refitted.is_ok(), "the primitives are the same");
     }
 

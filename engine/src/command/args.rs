@@ -85,7 +85,7 @@ pub(crate) enum Command {
 pub(crate) struct SceneOptions {
     #[arg(value_name = "SCENE", help = format!(
         "Files ({}) or generated scenes (gen:NAME), all shown together; a name may have * ? # for anything, a character, a \
-         digit; volumes, or particles, whose names differ in a number are steps of time [default: the built-in scene]", extensions()
+         digit; volumes, particles, or meshes of the same triangles, whose names differ in a number are steps of time [default: the built-in scene]", extensions()
     ))]
     pub(crate) scenes: Vec<PathBuf>,
 
@@ -273,7 +273,7 @@ pub(crate) struct VolumeOptions {
     #[arg(long, help_heading = "Volumes", allow_hyphen_values = true, value_name = "X,Y,Z,D", value_parser = plane)]
     pub(crate) cut: Vec<Plane>,
 
-    /// Step of time, of volumes and particles, from 0 [default: 0]
+    /// Step of time, of volumes, particles and meshes, from 0 [default: 0]
     #[arg(long, help_heading = "Volumes", value_name = "N")]
     pub(crate) step: Option<usize>,
 }

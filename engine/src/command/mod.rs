@@ -294,6 +294,10 @@ fn prepare(
     let step = options.volumes.step.or(said.time.map(|time| time.shown)).unwrap_or(0);
     let steps = Steps { shown: step, all: all_steps, memory: memory.limit() };
     shown::without_effect(&scene, &options.volumes).iter().for_each(|warning| say!("mobula: warning: {warning}"));
+    if step >= scene.steps() && scene.has_moving_meshes() {
+        return Err(Failure::Usage(format!("--step {step}: there are {} steps of time, from 0", scene.steps())));
+    }
+    scene.show_meshes_at(step);
     let build = Build::from(settings.acceleration);
     particles::without_effect(&scene, &options.particles).iter().for_each(|warning| say!("mobula: warning: {warning}"));
     let (shown, shown_seconds) = render::timed(|| {

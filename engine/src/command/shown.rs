@@ -74,7 +74,7 @@ pub(crate) fn without_effect(scene: &SceneDescription, options: &VolumeOptions) 
         ("--volume-origin", volume_origin.is_some()),
         ("--transparent", !transparent.is_empty()),
         ("--cut", !cut.is_empty()),
-        ("--step", step.is_some_and(|step| step > 0) && scene.particles.is_empty()),
+        ("--step", step.is_some_and(|step| step > 0) && scene.steps() == 0),
     ];
     let names = |options: &[(&str, bool)]| {
         let given = options.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect::<Vec<_>>();

@@ -15,7 +15,7 @@ use mobula_core::traverse::Paths;
 
 use super::group::{Group, Member, Translucent, materials_of};
 use super::{Census, Geometry};
-use crate::accel::Build;
+use crate::accel::{AccelerationKind, Build};
 use crate::packet::{AnyHitPacket, Found, Packet, Run};
 
 /// A scene cannot be built.
@@ -51,6 +51,8 @@ pub struct Geometries {
     censuses: Vec<Census>,
     /// The place of each geometry's first primitive among all, in the order of the structures.
     places: Vec<u64>,
+    /// Which structures are built.
+    kind: AccelerationKind,
 }
 
 /// The most ids in a structure: the last number is "no hit".
@@ -82,7 +84,7 @@ impl Geometries {
         let places = number(&list, &mut groups);
         let censuses = vec![Census::default(); list.len()];
         let own = list.len();
-        let mut all = Self { list, own, groups, census: Census::default(), censuses, places };
+        let mut all = Self { list, own, groups, census: Census::default(), censuses, places, kind: build.kind };
         all.count(|_| true);
         Ok(all)
     }
@@ -170,7 +172,40 @@ impl Geometries {
     ///
     /// # Errors
     /// [`NeedsRebuild`] if the primitives are not the same; then nothing has changed.
-    pub fn refit(&mut self, mut list: Vec<Arc<dyn Geometry>>) -> Result<(), NeedsRebuild> {
+    pub fn refit(&mut self, list: Vec<Arc<dyn Geometry>>) -> Result<(), NeedsRebuild> {
+        self.change(list, |group, members| group.structure.can_refit(members), |_, _| {})
+    }
+
+    /// As [`refit`](Self::refit), but a structure that cannot follow, since primitives that were left out have come back, is built anew.
+    ///
+    /// # Errors
+    /// [`NeedsRebuild`] if there are more or fewer geometries, or one is of another kind or has another number of primitives; then nothing
+    /// has changed.
+    pub fn follow(&mut self, list: Vec<Arc<dyn Geometry>>) -> Result<(), NeedsRebuild> {
+        let build = Build::from(self.kind);
+        let counts: Vec<usize> = self.list.iter().map(|geometry| geometry.primitives()).collect();
+        let kinds: Vec<_> = self.list.iter().map(|geometry| (&**geometry as &dyn Any).type_id()).collect();
+        let fits = |group: &Group, members: &[Arc<dyn Geometry>]| {
+            let alike = |(member, geometry): (&Member, &Arc<dyn Geometry>)| {
+                let number = member.geometry as usize;
+                kinds[number] == (&**geometry as &dyn Any).type_id() && counts[number] == geometry.primitives()
+            };
+            group.structure.can_refit(members) || group.members.iter().zip(members).all(alike)
+        };
+        self.change(list, fits, |group, members| {
+            if !group.structure.can_refit(members) {
+                group.structure = members[0].structure(members, &build);
+            }
+        })
+    }
+
+    /// Replaces the geometries, if the structures of all `fit`; each whose geometries are others is made `ready`, and refitted.
+    fn change(
+        &mut self,
+        mut list: Vec<Arc<dyn Geometry>>,
+        fit: impl Fn(&Group, &[Arc<dyn Geometry>]) -> bool,
+        ready: impl Fn(&mut Group, &[Arc<dyn Geometry>]),
+    ) -> Result<(), NeedsRebuild> {
         if list.len() != self.own {
             return Err(NeedsRebuild);
         }
@@ -178,7 +213,7 @@ impl Geometries {
         let members = |group: &Group| -> Vec<Arc<dyn Geometry>> {
             group.members.iter().map(|member| list[member.geometry as usize].clone()).collect()
         };
-        let fits = self.groups.iter().all(|group| group.structure.can_refit(&members(group)));
+        let fits = self.groups.iter().all(|group| fit(group, &members(group)));
         // What is in no structure has no primitives, and must not get any.
         let placed = |number: usize| {
             self.groups.iter().any(|group| group.members.iter().any(|member| member.geometry as usize == number))
@@ -195,6 +230,7 @@ impl Geometries {
             }
             group.members.iter().for_each(|member| is_new[member.geometry as usize] = true);
             let members: Vec<_> = group.members.iter().map(|member| list[member.geometry as usize].clone()).collect();
+            ready(group, &members);
             group.structure.refit(&members);
             group.materials = materials_of(members.iter().map(|member| &**member));
             group.translucent = members.iter().any(|member| member.is_translucent());
@@ -334,7 +370,7 @@ fn leading(values: &[u32], alike: impl Fn(u32) -> bool) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Mesh, Spheres};
+    use super::super::{Mesh, MeshSequence, Spheres};
     use super::*;
     use crate::accel::AccelerationKind;
     use crate::packet::set_vec3;
@@ -451,6 +487,33 @@ mod tests {
         assert_eq!(hit(&geometries).2, 3.0);
         assert_eq!(geometries.refit(vec![square(0.0, vec![]), sphere(1.0), empty]), Err(NeedsRebuild));
         assert_eq!(hit(&build(vec![])), (vec![Run { rays: 0..20, hit: None }], 0, f32::INFINITY));
+    }
+
+    #[test]
+    fn meshes_follow_time_even_where_triangles_come_back() {
+        let mesh = |z: f32, wide: f32| Mesh {
+            positions: vec![[-wide, -9.0, z], [wide, -9.0, z], [wide, 9.0, z], [-9.0, 9.0, z], [-9.0, -9.0, z]],
+            triangles: vec![[0, 1, 2], [4, 2, 3]],
+            ..Mesh::default()
+        };
+        // In the second step the triangle that the rays hit has no area, in the third it is there again.
+        let steps = vec![mesh(0.0, 9.0), mesh(1.0, 0.0), mesh(2.0, 9.0)];
+        let sequence = MeshSequence::new(steps.clone()).unwrap();
+        let all = |step: usize| vec![sphere(-1.0), Arc::new(sequence.at(step)) as Arc<dyn Geometry>];
+        for first in 0..3 {
+            let mut geometries = build(all(first));
+            for step in [first, 1, 2, 1, 0, 4, 5] {
+                geometries.follow(all(step)).unwrap();
+                let same = build(vec![sphere(-1.0), Arc::new(steps[step % 3].clone())]);
+                assert_eq!(hit(&geometries), hit(&same), "from step {first} to {step}");
+                assert_eq!(geometries.bounds(), same.bounds());
+            }
+            assert_eq!(geometries.follow(vec![sphere(0.0)]), Err(NeedsRebuild));
+            assert_eq!(geometries.follow(vec![sphere(-1.0), Arc::new(mesh(0.0, 9.0))]), Err(NeedsRebuild));
+        }
+        assert!(
+            MeshSequence::new(vec![mesh(0.0, 1.0), Mesh::default()]).is_none() && MeshSequence::new(vec![]).is_none()
+        );
     }
 
     proptest! {

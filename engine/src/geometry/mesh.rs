@@ -123,6 +123,12 @@ impl Mesh {
         self.materials.get(i).copied().unwrap_or(self.material)
     }
 
+    /// Adds `shift` to all indices of materials but [`DEFAULT_MATERIAL`].
+    pub(super) fn shift_own_materials(&mut self, shift: u32) {
+        shift_material(&mut self.material, shift);
+        self.materials.iter_mut().for_each(|index| shift_material(index, shift));
+    }
+
     /// The corners of triangle `i`, or why it is left out.
     #[inline(always)]
     fn triangle(&self, i: usize) -> Result<[Vec3; 3], Item> {
@@ -242,9 +248,7 @@ impl Geometry for Mesh {
     }
 
     fn shift_materials(mut self: Arc<Self>, shift: u32) -> Arc<dyn Geometry> {
-        let mesh = Arc::make_mut(&mut self);
-        shift_material(&mut mesh.material, shift);
-        mesh.materials.iter_mut().for_each(|index| shift_material(index, shift));
+        Arc::make_mut(&mut self).shift_own_materials(shift);
         self
     }
 

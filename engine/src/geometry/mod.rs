@@ -5,6 +5,7 @@
 //! | `table` | the kinds that there are, with an example of each |
 //! | `geometries` | all geometry of a scene under one top-level structure |
 //! | `group` | a structure and the geometries in it |
+//! | `mesh_sequence` | a mesh that changes with time |
 //! | `smooth` | normals for the corners of meshes that have none |
 //! | `fans` | which corners of triangles are at one point |
 //! | `mesh`, `triangle` | triangles with shared corners; the surface of one |
@@ -35,6 +36,7 @@ mod group;
 mod iso_surface;
 mod kind;
 mod mesh;
+mod mesh_sequence;
 mod opacity;
 mod particles;
 mod smooth;
@@ -54,6 +56,7 @@ pub use group::{Depths, Meeting, Translucent};
 pub use iso_surface::IsoSurfaces;
 pub use kind::{DEFAULT_MATERIAL, Geometry, Structure, draw, shift_material};
 pub use mesh::{Mesh, MeshGroup, NO_INDEX};
+pub use mesh_sequence::MeshSequence;
 pub use opacity::{Opacity, OpacityCurve, OpacityError};
 pub use particles::{Coloring, Cropping, Particles};
 pub use smooth::CREASE_ANGLE;

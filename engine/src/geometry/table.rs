@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Geometry, IsoSurfaces, Mesh, Particles, Spheres};
+use super::{Geometry, IsoSurfaces, Mesh, MeshSequence, Particles, Spheres};
 
 /// A kind of geometry.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +16,7 @@ pub struct Kind {
 /// All kinds: a new one is a file and a line here.
 pub const KINDS: &[Kind] = &[
     Kind { name: "mesh", example: |material| Arc::new(Mesh::example(material)) },
+    Kind { name: "mesh over time", example: |material| Arc::new(MeshSequence::example(material)) },
     Kind { name: "spheres", example: |material| Arc::new(Spheres::example(material)) },
     Kind { name: "particles", example: |material| Arc::new(Particles::example(material)) },
     Kind { name: "iso-surfaces", example: |material| Arc::new(IsoSurfaces::example(material)) },

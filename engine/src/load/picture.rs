@@ -65,7 +65,16 @@ pub fn decode(bytes: &[u8], extension: Option<&str>) -> Result<Picture, String> 
         let texels = decoded.into_rgba32f().into_raw();
         Texels::Floats(texels.as_chunks::<4>().0.iter().map(|texel| texel.each_ref().map(sound)).collect())
     } else {
-        Texels::Bytes(decoded.into_rgba8().into_raw().as_chunks().0.to_vec())
+        // With room for the smaller copies that a texture appends.
+        let count = size[0] as usize * size[1] as usize;
+        let mut texels = Vec::with_capacity(count + count / 3 + 16);
+        match decoded {
+            DynamicImage::ImageRgb8(picture) => {
+                texels.extend(picture.as_raw().as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]));
+            }
+            other => texels.extend_from_slice(other.into_rgba8().as_raw().as_chunks().0),
+        }
+        Texels::Bytes(texels)
     };
     Picture::new(size, texels).ok_or_else(|| "the picture is not whole".into())
 }

@@ -10,7 +10,7 @@ use super::particle_look::ParticleLook;
 use super::rendering::Rendering;
 use super::shown::Shown;
 use crate::background::{Background, Gradient};
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, MeshSequence};
 use crate::light::{AmbientLight, Hemisphere, Light};
 use crate::material::{Material, NamedMaterial};
 use crate::medium::Medium;
@@ -94,10 +94,26 @@ impl Default for SceneDescription {
 }
 
 impl SceneDescription {
-    /// The steps of time of that volume, or those particles, that have most of them.
+    /// The steps of time of that volume, mesh, or those particles, that have most of them.
     pub fn steps(&self) -> usize {
         let volumes = self.volumes.iter().map(|volume| volume.steps.len());
-        volumes.chain(self.particles.iter().map(|particles| particles.steps.len())).max().unwrap_or(0)
+        let particles = self.particles.iter().map(|particles| particles.steps.len());
+        let meshes = self.geometry.iter().filter_map(|one| one.downcast_ref::<MeshSequence>());
+        volumes.chain(particles).chain(meshes.map(|one| one.steps().len())).max().unwrap_or(0)
+    }
+
+    /// Shows meshes that change with time at a step; behind the last comes the first.
+    pub fn show_meshes_at(&mut self, step: usize) {
+        for geometry in &mut self.geometry {
+            if let Some(meshes) = geometry.downcast_ref::<MeshSequence>() {
+                *geometry = Arc::new(meshes.at(step));
+            }
+        }
+    }
+
+    /// Has it meshes that change with time?
+    pub fn has_moving_meshes(&self) -> bool {
+        self.geometry.iter().any(|geometry| geometry.downcast_ref::<MeshSequence>().is_some())
     }
 
     /// Adds a material and returns its index.

@@ -50,13 +50,16 @@ static PLAIN: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i 
 
 /// Means of bytes on the sRGB curve are taken of such whole numbers, linear in light, which are less than this.
 const FINE: usize = 1 << 14;
-/// The number for each byte.
-static TO_FINE: LazyLock<[u16; 256]> = LazyLock::new(|| SRGB.map(|linear| (linear * (FINE - 1) as f32 + 0.5) as u16));
-/// The byte for each number.
-static FROM_FINE: LazyLock<Vec<u8>> = LazyLock::new(|| {
+/// The number for each byte, and the byte for each number.
+static FINES: LazyLock<([u16; 256], Box<[u8; FINE]>)> = LazyLock::new(|| {
+    let to = SRGB.map(|linear| (linear * (FINE - 1) as f32 + 0.5) as u16);
     // The bytes whose own numbers are nearest.
     let halves: Vec<f32> = SRGB.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
-    (0..FINE).map(|i| halves.partition_point(|&half| half <= i as f32 / (FINE - 1) as f32) as u8).collect()
+    let mut from = Box::new([0; FINE]);
+    for (i, byte) in from.iter_mut().enumerate() {
+        *byte = halves.partition_point(|&half| half <= i as f32 / (FINE - 1) as f32) as u8;
+    }
+    (to, from)
 });
 
 impl Texture {
@@ -66,12 +69,14 @@ impl Texture {
         let mut levels = vec![Level { size, first: 0 }];
         let has_alpha = picture.has_alpha();
         let mut store = picture.into_texels();
+        let (to, from_fine) = &*FINES;
+        let of_srgb = OfSrgb { to, from: from_fine };
         while let Some(&from) = levels.last().filter(|level| level.size != [1, 1]) {
             let next = Level { size: from.size.map(|side| (side / 2).max(1)), first: store.len() };
             match (&mut store, encoding) {
-                (Texels::Bytes(texels), Encoding::Srgb) => shrink::<OfSrgb>(texels, from, next),
-                (Texels::Bytes(texels), Encoding::Linear) => shrink::<OfBytes>(texels, from, next),
-                (Texels::Floats(texels), _) => shrink::<OfFloats>(texels, from, next),
+                (Texels::Bytes(texels), Encoding::Srgb) => shrink(&of_srgb, texels, from, next),
+                (Texels::Bytes(texels), Encoding::Linear) => shrink(&OfBytes, texels, from, next),
+                (Texels::Floats(texels), _) => shrink(&OfFloats, texels, from, next),
             }
             levels.push(next);
         }
@@ -180,99 +185,123 @@ fn log2(x: f32) -> f32 {
     x.to_bits() as f32 * (1.0 / (1 << 23) as f32) - 127.0
 }
 
-/// The sum of some texels.
-trait Sum: Default {
+/// What texels are together.
+trait Mean {
     type Texel: Copy;
-    fn add(&mut self, texel: Self::Texel);
-    /// The mean, of so many.
-    fn mean(self, count: u32) -> Self::Texel;
+
+    /// Of some texels, at least one.
+    fn of(&self, texels: impl Iterator<Item = Self::Texel>) -> Self::Texel;
+
+    /// Of four: nearly all are.
+    fn of_four(&self, texels: [Self::Texel; 4]) -> Self::Texel {
+        self.of(texels.into_iter())
+    }
 }
 
 /// Of colours: as much of each counts as is opaque. What is wholly transparent counts a little, so that where nothing else is, it is
 /// kept.
-#[derive(Default)]
-struct OfSrgb {
-    color: [u32; 3],
-    weight: u32,
-    alpha: u32,
+struct OfSrgb<'a> {
+    to: &'a [u16; 256],
+    from: &'a [u8; FINE],
 }
 
-impl Sum for OfSrgb {
+impl Mean for OfSrgb<'_> {
     type Texel = [u8; 4];
 
-    #[inline(always)]
-    fn add(&mut self, [r, g, b, a]: [u8; 4]) {
-        let weight = u32::from(a).max(1);
-        for (sum, byte) in self.color.iter_mut().zip([r, g, b]) {
-            *sum += u32::from(TO_FINE[usize::from(byte)]) * weight;
+    fn of(&self, texels: impl Iterator<Item = [u8; 4]>) -> [u8; 4] {
+        let (mut color, mut weights, mut alpha, mut count) = ([0; 3], 0, 0, 0);
+        for [r, g, b, a] in texels {
+            let weight = u32::from(a).max(1);
+            for (sum, byte) in color.iter_mut().zip([r, g, b]) {
+                *sum += u32::from(self.to[usize::from(byte)]) * weight;
+            }
+            weights += weight;
+            alpha += u32::from(a);
+            count += 1;
         }
-        self.weight += weight;
-        self.alpha += u32::from(a);
+        let by = 1.0 / weights as f32;
+        let [r, g, b] = color.map(|sum| self.from[(sum as f32 * by + 0.5) as usize % FINE]);
+        [r, g, b, ((alpha + count / 2) / count) as u8]
     }
 
     #[inline(always)]
-    fn mean(self, count: u32) -> [u8; 4] {
-        let by = 1.0 / self.weight as f32;
-        let [r, g, b] = self.color.map(|sum| FROM_FINE[(sum as f32 * by + 0.5) as usize % FINE]);
-        [r, g, b, ((self.alpha + count / 2) / count) as u8]
+    fn of_four(&self, texels: [[u8; 4]; 4]) -> [u8; 4] {
+        if texels.iter().any(|texel| texel[3] < 255) {
+            return self.of(texels.into_iter());
+        }
+        let channel = |i: usize| {
+            let [a, b, c, d] = texels.map(|texel| usize::from(self.to[usize::from(texel[i])]));
+            self.from[(a + b + c + d + 2) / 4 % FINE]
+        };
+        [channel(0), channel(1), channel(2), 255]
     }
 }
 
 /// Of plain bytes.
-#[derive(Default)]
-struct OfBytes([u32; 4]);
+struct OfBytes;
 
-impl Sum for OfBytes {
+impl Mean for OfBytes {
     type Texel = [u8; 4];
 
     #[inline(always)]
-    fn add(&mut self, texel: [u8; 4]) {
-        self.0.iter_mut().zip(texel).for_each(|(sum, byte)| *sum += u32::from(byte));
+    fn of(&self, texels: impl Iterator<Item = [u8; 4]>) -> [u8; 4] {
+        let (mut sums, mut count) = ([0; 4], 0);
+        for texel in texels {
+            sums.iter_mut().zip(texel).for_each(|(sum, byte)| *sum += u32::from(byte));
+            count += 1;
+        }
+        sums.map(|sum| ((sum + count / 2) / count) as u8)
     }
 
     #[inline(always)]
-    fn mean(self, count: u32) -> [u8; 4] {
-        self.0.map(|sum| ((sum + count / 2) / count) as u8)
+    fn of_four(&self, [a, b, c, d]: [[u8; 4]; 4]) -> [u8; 4] {
+        std::array::from_fn(|i| (([a[i], b[i], c[i], d[i]].map(u32::from).iter().sum::<u32>() + 2) / 4) as u8)
     }
 }
 
 /// Of plain numbers.
-#[derive(Default)]
-struct OfFloats(Vec4);
+struct OfFloats;
 
-impl Sum for OfFloats {
+impl Mean for OfFloats {
     type Texel = [f32; 4];
 
-    #[inline(always)]
-    fn add(&mut self, texel: [f32; 4]) {
-        self.0 += Vec4::from(texel);
-    }
-
-    #[inline(always)]
-    fn mean(self, count: u32) -> [f32; 4] {
-        (self.0 / count as f32).to_array()
+    fn of(&self, texels: impl Iterator<Item = [f32; 4]>) -> [f32; 4] {
+        let (mut sum, mut count) = (Vec4::ZERO, 0_u32);
+        for texel in texels {
+            sum += Vec4::from(texel);
+            count += 1;
+        }
+        (sum / count as f32).to_array()
     }
 }
 
 /// Appends a copy, each texel of which is the mean of those at its place. Of odd sides, the copy's texels are a little more than two wide:
 /// they share some.
-fn shrink<S: Sum>(texels: &mut Vec<S::Texel>, from: Level, to: Level) {
+fn shrink<M: Mean>(mean: &M, texels: &mut Vec<M::Texel>, from: Level, to: Level) {
     let [width, height] = to.size;
     let span = |i: u32, axis: usize| {
         let (i, many, few) = (u64::from(i), u64::from(from.size[axis]), u64::from(to.size[axis]));
         (i * many / few) as usize..((i + 1) * many).div_ceil(few) as usize
     };
+    let halved = from.size == [2 * width, 2 * height];
     texels.reserve(width as usize * height as usize);
+    let wide = from.size[0] as usize;
     for y in 0..height {
         let rows = span(y, 1);
+        let row = |row: usize| from.first + row * wide;
+        if halved {
+            for x in 0..width as usize {
+                let [above, below] = [rows.start, rows.start + 1].map(|y| row(y) + 2 * x);
+                let four = [texels[above], texels[above + 1], texels[below], texels[below + 1]];
+                texels.push(mean.of_four(four));
+            }
+            continue;
+        }
         for x in 0..width {
             let columns = span(x, 0);
-            let mut sum = S::default();
-            for row in rows.clone() {
-                let first = from.first + row * from.size[0] as usize;
-                columns.clone().for_each(|column| sum.add(texels[first + column]));
-            }
-            texels.push(sum.mean((rows.len() * columns.len()) as u32));
+            let some = rows.clone().flat_map(|y| columns.clone().map(move |x| (y, x)));
+            let shared = mean.of(some.map(|(y, x)| texels[row(y) + x]));
+            texels.push(shared);
         }
     }
 }

@@ -14,7 +14,7 @@ use super::parts::{Parts, RawFiles};
 use super::text::Text;
 use super::values::{Named, point};
 use crate::generate;
-use crate::geometry::{Geometry, Mesh, Spheres};
+use crate::geometry::{Geometry, Mesh, MeshSequence, Spheres};
 use crate::load::transfer::load_transfer;
 use crate::load::{self, LoadError, Report, input};
 use crate::medium::DEFAULT_STEP;
@@ -272,6 +272,10 @@ fn raw(keys: Raw) -> load::Raw {
 
 /// Gives all of a geometry one material. A kind that has no such thing keeps its own.
 fn set_material(geometry: &mut Arc<dyn Geometry>, material: u32) {
+    if let Some(meshes) = geometry.downcast_ref::<MeshSequence>() {
+        *geometry = Arc::new(meshes.with_material(material));
+        return;
+    }
     // Files hold meshes and spheres; one that several objects name is shared, and copied here.
     if Arc::get_mut(geometry).is_none() {
         if let Some(mesh) = geometry.downcast_ref::<Mesh>() {

@@ -1,4 +1,4 @@
-//! Files of volumes, or of particles, whose names differ only in a number: the steps of time of one.
+//! Files of volumes, of particles, or of meshes, whose names differ only in a number: the steps of time of one.
 //!
 //! | file | idea |
 //! |---|---|
@@ -8,6 +8,8 @@
 mod names;
 mod source;
 
+use std::any::Any;
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,6 +18,7 @@ use names::{Part, differ_at, name, numbered};
 use source::Files;
 
 use super::{Load, Loaded, Options};
+use crate::geometry::{Mesh, MeshSequence};
 use crate::particles::Particles;
 use crate::scene::SceneDescription;
 use crate::volume::Grid;
@@ -110,7 +113,30 @@ fn alike(a: &Loaded, b: &Loaded) -> bool {
             let sample = |loaded: &Loaded| loaded.scene.particles.first()?.sample().cloned();
             sample(a).zip(sample(b)).is_some_and(|(a, b)| a.goes_with(&b))
         }
+        // Of the same triangles. Parts of a machine may be alike, too, but are not at the same place.
+        ((1, 0, 0), (1, 0, 0)) => {
+            let [a_mesh, b_mesh] = [a, b].map(|loaded| loaded.scene.geometry[0].downcast_ref::<Mesh>());
+            let same = |(a, b): (&Mesh, &Mesh)| a.triangles == b.triangles && a.materials == b.materials;
+            a_mesh.zip(b_mesh).is_some_and(same) && overlap(a, b)
+        }
         _ => false,
+    }
+}
+
+/// Do the bounds of two files have a common part?
+fn overlap(a: &Loaded, b: &Loaded) -> bool {
+    a.report.bounds().zip(b.report.bounds()).is_some_and(|([low, high], [other_low, other_high])| {
+        (0..3).all(|axis| low[axis].max(other_low[axis]) <= high[axis].min(other_high[axis]))
+    })
+}
+
+/// Takes the only mesh out of what was loaded.
+fn take_mesh(loaded: &mut Loaded) -> Option<Mesh> {
+    let mut geometry = loaded.scene.geometry.pop()?;
+    match Arc::get_mut(&mut geometry) {
+        Some(own) => (own as &mut dyn Any).downcast_mut::<Mesh>().map(mem::take),
+        // Somebody else has it, too.
+        None => geometry.downcast_ref::<Mesh>().cloned(),
     }
 }
 
@@ -144,7 +170,7 @@ impl Series {
         self.files.sort_by(|(a, ..), (b, ..)| a.cmp(b));
         let in_steps = self.is_of_steps();
         let files: Vec<PathBuf> = self.files.iter().map(|(_, file, _)| file.clone()).collect();
-        let mut steps = Vec::new();
+        let (mut steps, mut meshes) = (Vec::new(), Vec::new());
         let mut joined: Option<Loaded> = None;
         for (_, _, loaded) in self.files {
             let Some(mut loaded) = loaded else {
@@ -157,14 +183,19 @@ impl Series {
             match &mut joined {
                 None => joined = Some(loaded),
                 Some(joined) => {
-                    for (all, volume) in joined.scene.volumes.iter_mut().zip(loaded.scene.volumes) {
+                    for (all, volume) in joined.scene.volumes.iter_mut().zip(loaded.scene.volumes.drain(..)) {
                         all.steps.extend(volume.steps);
                     }
+                    meshes.extend(take_mesh(&mut loaded));
                     joined.report.merge(loaded.report);
                 }
             }
         }
         let mut loaded = joined.expect("a series starts with what was loaded");
+        if !meshes.is_empty() {
+            let all = take_mesh(&mut loaded).into_iter().chain(meshes).collect();
+            loaded.scene.geometry.extend(MeshSequence::new(all).map(|meshes| Arc::new(meshes) as _));
+        }
         let name = (files.len() > 1).then(|| name(&self.parts, self.at));
         if let [particles] = &mut loaded.scene.particles[..] {
             particles.steps = steps;
