@@ -49,6 +49,9 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
         let object_of = |one: &Object| json!({ "kind": one.kind, "names": one.names, "material": one.material });
         object["objects"] = scene.objects.iter().map(object_of).collect();
         object["lights"] = json!(scene.lights.len());
+        if scene.has_moving_meshes() {
+            object["steps"] = json!(scene.steps());
+        }
         let volumes: Vec<_> = scene.volumes.iter().map(volumes::object).collect();
         let particles: Vec<_> = scene.particles.iter().map(|particles| particles::object(particles, place)).collect();
         // What is asked for most often: the keys of the first are the scene's too.
@@ -74,6 +77,9 @@ pub(crate) fn info(options: &InfoOptions) -> Result<(), Failure> {
     }
     for (item, count) in report.census.items().iter().filter(|(_, count)| *count > 0) {
         line(&format!("{}{}", if item.role == Role::LeftOut { "  " } else { "" }, item.many), grouped(*count));
+    }
+    if scene.has_moving_meshes() {
+        line("steps of time", scene.steps().to_string());
     }
     // What is more than the files that were named.
     if report.format == SCENE_FILE {

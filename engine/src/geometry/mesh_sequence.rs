@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use mobula_core::leaf::TriangleBlock;
 
-use super::{Census, Geometry, InTree, Mesh, Structure, Tree, draw};
+use super::{Census, Geometry, InTree, Mesh, Structure, Tree};
 use crate::accel::Build;
 use crate::packet::{Hits, Surface};
 
@@ -102,15 +102,13 @@ impl Geometry for MeshSequence {
 
     /// Of all steps: cameras are placed for the whole time.
     fn extremes(&self, visit: &mut dyn FnMut(Vec3)) {
-        self.some_extremes(self.steps.len(), visit);
+        self.steps.iter().for_each(|mesh| mesh.extremes(visit));
     }
 
+    /// Of all steps together as many as are asked for.
     fn some_extremes(&self, step: usize, visit: &mut dyn FnMut(Vec3)) {
-        // The same triangles of all steps, as many in all as are asked for.
-        for i in draw(self.primitives(), step.saturating_mul(self.steps.len())) {
-            let corners = self.steps.iter().filter_map(|mesh| mesh.primitive(i)).flatten();
-            corners.map(Vec3::from).for_each(&mut *visit);
-        }
+        let step = step.saturating_mul(self.steps.len());
+        self.steps.iter().for_each(|mesh| mesh.some_extremes(step, visit));
     }
 
     fn materials(&self, primitives: &[u32], out: &mut [u32]) -> Option<u32> {

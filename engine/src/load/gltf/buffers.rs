@@ -1,5 +1,6 @@
 //! Numbers in the buffers of a document (glTF 2.0, section 3.6): every access is within them.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use gltf::accessor::{DataType, sparse::IndexType};
@@ -8,19 +9,19 @@ use gltf::{Accessor, Document, buffer};
 use super::container::fetch;
 
 /// The buffers of a document, as far as they are there.
-pub(super) struct Buffers {
-    list: Vec<Result<Vec<u8>, String>>,
+pub(super) struct Buffers<'a> {
+    list: Vec<Result<Cow<'a, [u8]>, String>>,
 }
 
 /// An accessor without bytes, which are zero then, has at most so many elements for each byte of the document.
 const ZEROS: usize = 64;
 
-impl Buffers {
+impl<'a> Buffers<'a> {
     /// Reads them all; `binary` is the part of a GLB file behind the document.
-    pub(super) fn read(file: &Path, document: &Document, binary: Option<&[u8]>) -> Self {
+    pub(super) fn read(file: &Path, document: &Document, binary: Option<&'a [u8]>) -> Self {
         let read = |buffer: buffer::Buffer<'_>| match buffer.source() {
-            buffer::Source::Bin => binary.map(<[u8]>::to_vec).ok_or_else(|| "the binary part is not there".to_owned()),
-            buffer::Source::Uri(uri) => fetch(file, uri),
+            buffer::Source::Bin => binary.map(Cow::Borrowed).ok_or_else(|| "the binary part is not there".to_owned()),
+            buffer::Source::Uri(uri) => fetch(file, uri).map(Cow::Owned),
         };
         Self { list: document.buffers().map(read).collect() }
     }
@@ -67,7 +68,7 @@ impl Buffers {
                     .collect()
             }
             None => {
-                let known: usize = self.list.iter().flatten().map(Vec::len).sum();
+                let known: usize = self.list.iter().flatten().map(|bytes| bytes.len()).sum();
                 if count > known.saturating_add(1 << 10).saturating_mul(ZEROS) {
                     return Err(format!("accessor {} has {count} elements, and no bytes", accessor.index()));
                 }

@@ -66,6 +66,9 @@ fn other_version(json: &[u8]) -> Option<String> {
 pub(super) fn load(file: &Path, mut input: Input, options: &Options) -> Result<Loaded, LoadError> {
     let fail = |problem: String| LoadError::new(file, problem, "check it with a glTF validator, or export it again");
     let mut bytes = Vec::new();
+    // All at once: to grow while it is read takes as long as reading. Where this is refused, it is tried piece by piece.
+    let length = if input.gzip { 0 } else { file.metadata().map_or(0, |data| data.len()) };
+    let _ = bytes.try_reserve(usize::try_from(length).unwrap_or(0));
     input.reader.read_to_end(&mut bytes).map_err(|error| {
         let (problem, remedy) = input::explain(&error, input.gzip);
         LoadError::new(file, problem, remedy)

@@ -18,7 +18,7 @@ use names::{Part, differ_at, name, numbered};
 use source::Files;
 
 use super::{Load, Loaded, Options};
-use crate::geometry::{Mesh, MeshSequence};
+use crate::geometry::{Census, Mesh, MeshSequence};
 use crate::particles::Particles;
 use crate::scene::SceneDescription;
 use crate::volume::Grid;
@@ -186,7 +186,12 @@ impl Series {
                     for (all, volume) in joined.scene.volumes.iter_mut().zip(loaded.scene.volumes.drain(..)) {
                         all.steps.extend(volume.steps);
                     }
-                    meshes.extend(take_mesh(&mut loaded));
+                    if let Some(mesh) = take_mesh(&mut loaded) {
+                        meshes.push(mesh);
+                        // The same triangles as before, elsewhere.
+                        let bounds = loaded.report.census.bounds;
+                        loaded.report.census = Census::default().within(bounds);
+                    }
                     joined.report.merge(loaded.report);
                 }
             }
