@@ -77,7 +77,8 @@ fn files_whose_names_differ_in_a_number_are_steps() {
     let object = info(&folder, &["t0.nrrd", "other.nrrd"]);
     assert_eq!((&object["steps"], object["volumes"].as_array().unwrap().len()), (&1.into(), 2));
     let object = info(&folder, &["p#.obj", "t9.nrrd"]);
-    assert_eq!((&object["triangles"], &object["voxels"]), (&12.into(), &8.into()));
+    // Meshes of the same triangles are steps, too: they are counted once.
+    assert_eq!((&object["triangles"], &object["voxels"]), (&6.into(), &8.into()));
     assert_eq!(object["volume"], "t9");
     let done = folder.run(&["info", "none*.nrrd"]);
     assert_eq!(done.code, Some(1));

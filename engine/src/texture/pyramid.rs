@@ -187,7 +187,7 @@ fn log2(x: f32) -> f32 {
 
 /// What texels are together.
 trait Mean {
-    type Texel: Copy;
+    type Texel: Copy + Default;
 
     /// Of some texels, at least one.
     fn of(&self, texels: impl Iterator<Item = Self::Texel>) -> Self::Texel;
@@ -283,25 +283,23 @@ fn shrink<M: Mean>(mean: &M, texels: &mut Vec<M::Texel>, from: Level, to: Level)
         let (i, many, few) = (u64::from(i), u64::from(from.size[axis]), u64::from(to.size[axis]));
         (i * many / few) as usize..((i + 1) * many).div_ceil(few) as usize
     };
-    let halved = from.size == [2 * width, 2 * height];
-    texels.reserve(width as usize * height as usize);
+    texels.resize(to.first + width as usize * height as usize, M::Texel::default());
+    let (done, made) = texels.split_at_mut(to.first);
     let wide = from.size[0] as usize;
-    for y in 0..height {
+    let row = |row: usize| &done[from.first + row * wide..][..wide];
+    let halved = from.size == [2 * width, 2 * height];
+    for (y, out) in (0..height).zip(made.chunks_mut(width as usize)) {
         let rows = span(y, 1);
-        let row = |row: usize| from.first + row * wide;
         if halved {
-            for x in 0..width as usize {
-                let [above, below] = [rows.start, rows.start + 1].map(|y| row(y) + 2 * x);
-                let four = [texels[above], texels[above + 1], texels[below], texels[below + 1]];
-                texels.push(mean.of_four(four));
+            let [above, below] = [rows.start, rows.start + 1].map(|y| row(y).as_chunks::<2>().0);
+            for ((out, &[a, b]), &[c, d]) in out.iter_mut().zip(above).zip(below) {
+                *out = mean.of_four([a, b, c, d]);
             }
             continue;
         }
-        for x in 0..width {
+        for (x, out) in (0..width).zip(out) {
             let columns = span(x, 0);
-            let some = rows.clone().flat_map(|y| columns.clone().map(move |x| (y, x)));
-            let shared = mean.of(some.map(|(y, x)| texels[row(y) + x]));
-            texels.push(shared);
+            *out = mean.of(rows.clone().flat_map(|y| row(y)[columns.clone()].iter().copied()));
         }
     }
 }
