@@ -9,14 +9,14 @@ use std::any::Any;
 use std::sync::Arc;
 
 use glam::Vec3;
-use mobula_core::NO_HIT;
 use mobula_core::simd::AnyToken;
 use mobula_core::traverse::Paths;
 
 use super::group::{Group, Member, Translucent, materials_of};
-use super::{Census, Geometry};
+use super::runs::split;
+use super::{Census, Geometry, Structure};
 use crate::accel::{AccelerationKind, Build};
-use crate::packet::{AnyHitPacket, Found, Packet, Run};
+use crate::packet::{AnyHitPacket, Packet};
 
 /// A scene cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -173,7 +173,13 @@ impl Geometries {
     /// # Errors
     /// [`NeedsRebuild`] if the primitives are not the same; then nothing has changed.
     pub fn refit(&mut self, list: Vec<Arc<dyn Geometry>>) -> Result<(), NeedsRebuild> {
-        self.change(list, |group, members| group.structure.can_refit(members), |_, _| {})
+        self.change(
+            list,
+            |group, members| group.structure.can_refit(members),
+            |structure, members| {
+                structure.refit(members);
+            },
+        )
     }
 
     /// As [`refit`](Self::refit), but a structure that cannot follow, since primitives that were left out have come back, is built anew.
@@ -192,19 +198,21 @@ impl Geometries {
             };
             group.structure.can_refit(members) || group.members.iter().zip(members).all(alike)
         };
-        self.change(list, fits, |group, members| {
-            if !group.structure.can_refit(members) {
-                group.structure = members[0].structure(members, &build);
+        self.change(list, fits, |structure, members| {
+            if structure.can_refit(members) {
+                structure.refit(members);
+            } else {
+                *structure = members[0].structure(members, &build);
             }
         })
     }
 
-    /// Replaces the geometries, if the structures of all `fit`; each whose geometries are others is made `ready`, and refitted.
+    /// Replaces the geometries, if the structures of all `fit`; each whose geometries are others `follows` them.
     fn change(
         &mut self,
         mut list: Vec<Arc<dyn Geometry>>,
         fit: impl Fn(&Group, &[Arc<dyn Geometry>]) -> bool,
-        ready: impl Fn(&mut Group, &[Arc<dyn Geometry>]),
+        follows: impl Fn(&mut Box<dyn Structure>, &[Arc<dyn Geometry>]),
     ) -> Result<(), NeedsRebuild> {
         if list.len() != self.own {
             return Err(NeedsRebuild);
@@ -230,8 +238,7 @@ impl Geometries {
             }
             group.members.iter().for_each(|member| is_new[member.geometry as usize] = true);
             let members: Vec<_> = group.members.iter().map(|member| list[member.geometry as usize].clone()).collect();
-            ready(group, &members);
-            group.structure.refit(&members);
+            follows(&mut group.structure, &members);
             group.materials = materials_of(members.iter().map(|member| &**member));
             group.translucent = members.iter().any(|member| member.is_translucent());
         }
@@ -251,7 +258,7 @@ impl Geometries {
         for group in groups {
             paths += group.intersect_further(token, packet);
         }
-        self.split(&mut packet.found(), last);
+        split(&self.list, &mut packet.found(), last);
         paths
     }
 
@@ -266,35 +273,6 @@ impl Geometries {
             }
         }
         paths
-    }
-
-    /// Splits the rays into runs of one geometry and material.
-    fn split(&self, found: &mut Found<'_>, last: u32) {
-        let Found { geometries, primitives, materials, runs, .. } = found;
-        runs.clear();
-        let mut start = 0;
-        while let Some(&geometry) = geometries.get(start) {
-            let end = start + leading(&geometries[start..], |other| other == geometry);
-            if geometry == NO_HIT {
-                runs.push(Run { rays: start..end, hit: None });
-                start = end;
-                continue;
-            }
-            let materials = &mut materials[start..end];
-            if let Some(all) = self.list[geometry as usize].materials(&primitives[start..end], materials) {
-                runs.push(Run { rays: start..end, hit: Some((geometry, all.min(last))) });
-                start = end;
-                continue;
-            }
-            let mut left = &*materials;
-            while let Some(&material) = left.first() {
-                let material = material.min(last);
-                let count = leading(left, |other| other.min(last) == material);
-                runs.push(Run { rays: start..start + count, hit: Some((geometry, material)) });
-                start += count;
-                left = &left[count..];
-            }
-        }
     }
 }
 
@@ -356,25 +334,12 @@ fn share(list: &[Arc<dyn Geometry>]) -> Result<Vec<Vec<usize>>, SceneError> {
     Ok(groups.into_iter().map(|(_, members)| members).collect())
 }
 
-/// How many of the first values are alike.
-#[inline(always)]
-fn leading(values: &[u32], alike: impl Fn(u32) -> bool) -> usize {
-    /// Values that are compared at once.
-    const AT_ONCE: usize = 16;
-    let mut end = 0;
-    while values.get(end..end + AT_ONCE).is_some_and(|some| some.iter().fold(true, |all, &value| all & alike(value))) {
-        end += AT_ONCE;
-    }
-    end + values[end..].iter().take_while(|&&value| alike(value)).count()
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{Mesh, MeshSequence, Spheres};
     use super::*;
     use crate::accel::AccelerationKind;
-    use crate::packet::set_vec3;
-    use proptest::prelude::*;
+    use crate::packet::{Run, set_vec3};
 
     /// A square across z.
     fn square(z: f32, materials: Vec<u32>) -> Arc<dyn Geometry> {
@@ -514,14 +479,5 @@ mod tests {
         assert!(
             MeshSequence::new(vec![mesh(0.0, 1.0), Mesh::default()]).is_none() && MeshSequence::new(vec![]).is_none()
         );
-    }
-
-    proptest! {
-        #[test]
-        fn equal_values_are_counted(values in prop::collection::vec(0..2_u32, 0..80)) {
-            let first = values.first().copied().unwrap_or(0);
-            let expected = values.iter().take_while(|&&value| value == first).count();
-            prop_assert_eq!(leading(&values, |value| value == first), expected);
-        }
     }
 }

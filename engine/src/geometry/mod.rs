@@ -5,6 +5,7 @@
 //! | `table` | the kinds that there are, with an example of each |
 //! | `geometries` | all geometry of a scene under one top-level structure |
 //! | `group` | a structure and the geometries in it |
+//! | `runs` | rays that hit, in runs of one geometry and material |
 //! | `mesh_sequence` | a mesh that changes with time |
 //! | `smooth` | normals for the corners of meshes that have none |
 //! | `fans` | which corners of triangles are at one point |
@@ -39,6 +40,7 @@ mod mesh;
 mod mesh_sequence;
 mod opacity;
 mod particles;
+mod runs;
 mod smooth;
 mod spheres;
 mod table;
